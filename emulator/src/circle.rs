@@ -7,8 +7,10 @@ use std::io::{self, Write};
 
 use clap::ValueEnum;
 use serde_json::json;
-use vimc4_motion::{ArcState, CircleFit, Turn};
+use vimc4_motion::{AXES, Arc, ArcState, CircleFit, Helix, Path, Turn};
+use vimc4_picture::{Axis, Frame, View};
 
+use crate::drawing::Pictured;
 use crate::failure::Failure;
 use crate::output;
 
@@ -74,6 +76,8 @@ pub(crate) struct Arguments {
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pictured: Pictured,
 }
 
 /// The plane of a circle.
@@ -85,6 +89,26 @@ enum Plane {
     Xz,
     /// Y and Z
     Yz,
+}
+
+impl Plane {
+    /// Its axes.
+    fn axes(self) -> (usize, usize) {
+        match self {
+            Plane::Xy => (0, 1),
+            Plane::Xz => (0, 2),
+            Plane::Yz => (1, 2),
+        }
+    }
+
+    /// From where it is seen best.
+    fn view(self) -> View {
+        match self {
+            Plane::Xy => View::Top,
+            Plane::Xz => View::Front,
+            Plane::Yz => View::Side,
+        }
+    }
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
@@ -104,6 +128,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         )));
     }
     let trace = Trace::of(&circle, &wanted);
+    draw(&arguments, &circle)?;
     let commands = commands(&arguments, &circle);
     if arguments.json {
         print(&[json(&arguments, &circle, &trace, &commands)])
@@ -113,6 +138,28 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let _ = io::stderr().write_all(comments(&arguments, &circle, &trace).as_bytes());
         Ok(())
     }
+}
+
+/// Draws what the commands do, around the centre, if a picture is wanted.
+fn draw(arguments: &Arguments, circle: &Circle) -> Result<(), Failure> {
+    let (first, second) = arguments.plane.axes();
+    let axes = ["X", "Y", "Z"].map(|name| match arguments.steps_per_mm {
+        Some(scale) => {
+            Axis { unit: "mm".to_owned(), per_step: 1.0 / scale, ..Axis::in_steps(name) }
+        }
+        None => Axis::in_steps(name),
+    });
+    let title = format!("a circle of radius {}", arguments.radius);
+    let frame = Frame { title, axes: axes.into() };
+    let Some(drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
+    let arc = Arc::new(first, second, circle.steps, circle.start);
+    let path = match arguments.rise {
+        None => Path::Arc(arc),
+        Some(rise) => Path::Helix(Helix::new(arc, 3 - first - second, rise)),
+    };
+    let mut origin = [0; AXES];
+    (origin[first], origin[second]) = (circle.start.x, circle.start.y);
+    drawing.seen_from(arguments.plane.view()).finish_alone(origin, path, arguments.speed)
 }
 
 fn print(lines: &[String]) -> Result<(), Failure> {

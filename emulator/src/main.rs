@@ -10,6 +10,7 @@ mod coverage;
 mod dap;
 mod deferred;
 mod doctor;
+mod drawing;
 mod endings;
 mod failure;
 mod framing;

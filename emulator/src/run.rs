@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use vimc4_catalogue::{Controller, Handling};
 
+use crate::drawing;
 use crate::failure::Failure;
 use crate::job::file;
 use crate::job::source::{self, JobArguments};
@@ -60,7 +61,10 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let tape = arguments.world.tape(&model, &machine)?;
     let covering = arguments.world.covering(&model)?;
-    let driver = Driver::new(controller, meter, arguments.loops).recording(tape).covering(covering);
+    let frame = drawing::frame(&arguments.file, &model, &machine);
+    let drawing = arguments.world.pictured.begin(frame)?;
+    let driver = Driver::new(controller, meter, arguments.loops);
+    let driver = driver.recording(tape).covering(covering).drawing(drawing);
     let report = RunReport::new(&arguments, &script);
     let mut session =
         Session { handling, driver, report, stored: Vec::new(), unanswered: Vec::new() };

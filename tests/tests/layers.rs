@@ -94,16 +94,21 @@ const OUTER: [&str; 10] = [
 
 /// All that the inner rooms may be built from besides each other, down to the last: crates that
 /// compute, and reach for nothing outside of themselves.
-const PURE: [&str; 26] = [
+const PURE: [&str; 34] = [
     "adler2",
     "allocator-api2",
+    "arrayref",
+    "arrayvec",
+    "bytemuck",
     "bytes",
+    "cfg-if",
     "equivalent",
     "foldhash",
     "hashbrown",
     "indexmap",
     "itoa",
     "libm",
+    "log",
     "lz4_flex",
     "memchr",
     "miniz_oxide",
@@ -112,8 +117,11 @@ const PURE: [&str; 26] = [
     "serde_core",
     "serde_json",
     "serde_spanned",
-    "thiserror",
     "simd-adler32",
+    "strict-num",
+    "thiserror",
+    "tiny-skia",
+    "tiny-skia-path",
     "toml",
     "toml_datetime",
     "toml_parser",

@@ -290,6 +290,10 @@ impl Arc {
         self.steps
     }
 
+    pub(crate) fn plane(&self) -> (usize, usize) {
+        (usize::from(self.plane.0), usize::from(self.plane.1))
+    }
+
     /// Up to the end of the first pieces.
     pub(crate) fn new_places(&self) -> u64 {
         let last = self.pieces().last().and_then(|(before, piece)| Some(before + piece.length()?));

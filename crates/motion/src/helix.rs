@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::arc::{ArcWalk, axis_index};
 use crate::bresenham::{Spread, clock_of, made};
 use crate::runs::Run;
-use crate::{Arc, Point};
+use crate::{Arc, ArcState, Point};
 
 /// The longest way of the third axis, steps.
 const LONGEST: i64 = 1 << 40;
@@ -47,6 +47,11 @@ impl Helix {
     /// How many steps, signed, the third axis has made after `k` clock steps of the whole helix.
     fn third_made(&self, k: u64) -> i64 {
         self.steps.signum() * made(k, self.steps.unsigned_abs(), self.whole()) as i64
+    }
+
+    /// See [`Path::circle_at`](crate::Path::circle_at).
+    pub(crate) fn circle_at(&self, k: u64) -> ((usize, usize), ArcState) {
+        (self.arc.plane(), self.arc.state_at(self.arc_made(self.done + k)))
     }
 
     /// What is left of the arc.

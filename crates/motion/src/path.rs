@@ -10,7 +10,7 @@ use crate::helix::HelixWalk;
 use crate::line::LineWalk;
 use crate::phase::Share;
 use crate::runs::{Run, place};
-use crate::{AXES, Arc, Helix, Point, StraightLine};
+use crate::{AXES, Arc, ArcState, Helix, Point, StraightLine};
 
 /// A path in space, measured in steps of the step clock from its own start.
 ///
@@ -133,6 +133,30 @@ impl Path {
             Path::Arc(arc) => whole((u64::from(arc.moves(axis)), 1)),
             Path::Helix(helix) => whole(helix.share(axis)),
             Path::Chain(chain) => chain.shares(axis),
+        }
+    }
+
+    /// The path in which clock step `k + 1` is made, and the clock steps made in it before: of a chain a
+    /// link, else the path itself.
+    #[must_use]
+    pub fn link_at(&self, k: u64) -> (&Path, u64) {
+        match self {
+            Path::Chain(chain) => match chain.link_at(k) {
+                Some(link) => (&link.path, k - link.before),
+                None => (self, k),
+            },
+            _ => (self, k),
+        }
+    }
+
+    /// Of an arc and a helix: the axes of the plane, and the registers of the circle engine after `k`
+    /// clock steps. `None` of lines and chains.
+    #[must_use]
+    pub fn circle_at(&self, k: u64) -> Option<((usize, usize), ArcState)> {
+        match self {
+            Path::Arc(arc) => Some((arc.plane(), arc.state_at(k))),
+            Path::Helix(helix) => Some(helix.circle_at(k.min(helix.length()))),
+            Path::Line(_) | Path::Chain(_) => None,
         }
     }
 

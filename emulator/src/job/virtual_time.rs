@@ -1,5 +1,6 @@
 //! A job on a virtual controller, in virtual time.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use vimc4_catalogue::Handling;
@@ -32,6 +33,17 @@ pub(crate) struct Virtual {
     /// When each line began, if times are kept.
     pub(crate) lines: Vec<(u32, Duration)>,
     handling: Handling,
+    /// What a picture shows of the lines of a job.
+    pub(crate) shown: BTreeMap<u32, Shown>,
+}
+
+/// What a picture shows of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// It moves on the way only.
+    Rapid,
+    /// It asks for the tool with this number.
+    Tool(u32),
 }
 
 /// Something that was done.
@@ -59,6 +71,7 @@ impl Virtual {
             line: 0,
             lines: Vec::new(),
             handling,
+            shown: BTreeMap::new(),
         }
     }
 
@@ -164,7 +177,15 @@ impl Channel for Virtual {
     }
 
     fn begins(&mut self, line: u32) {
-        self.line = line;
+        let is_new = std::mem::replace(&mut self.line, line) != line;
+        let now = self.driver.now();
+        if let Some(drawing) = self.driver.drawing.as_mut().filter(|_| is_new) {
+            let shown = self.shown.get(&line).copied();
+            drawing.is_rapid = shown == Some(Shown::Rapid);
+            if let Some(Shown::Tool(number)) = shown {
+                drawing.plot.tool(now, format!("tool {number} is put in, line {line}"));
+            }
+        }
         if self.keeps_times && self.lines.last().is_none_or(|(last, _)| *last != line) {
             self.lines.push((line, self.elapsed()));
         }

@@ -1,5 +1,6 @@
 //! `vimc4 ncp run`: a job on a virtual controller, in virtual time.
 
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -10,15 +11,16 @@ use vimc4_catalogue::{Controller, Handling};
 use vimc4_device::{Device, Grouped};
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::Job;
-use vimc4_ncp::language::lines;
+use vimc4_ncp::language::{Instruction, Rate, TextLine, lines, parse};
 
 use super::check;
 use super::problems::as_json;
+use crate::drawing;
 use crate::failure::Failure;
 use crate::job::operator::Operator;
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, shown};
 use crate::job::source::{JobArguments, Site};
-use crate::job::virtual_time::Virtual;
+use crate::job::virtual_time::{Shown, Virtual};
 use crate::output;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;
@@ -109,13 +111,18 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     };
     let mut meter = Meter::new(&site.machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
+    let frame = drawing::frame(&job.file, &site.model, &site.machine);
     let mut link = Virtual::new(
         Driver::new(controller, meter, None)
             .recording(arguments.world.tape(&site.model, &site.machine)?)
-            .covering(arguments.world.covering(&site.model)?),
+            .covering(arguments.world.covering(&site.model)?)
+            .drawing(arguments.world.pictured.begin(frame)?),
         Handling::of(&site.model),
         arguments.json,
     );
+    if link.driver.drawing.is_some() {
+        link.shown = noted(text);
+    }
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
         text,
@@ -132,8 +139,22 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
     link.driver.end_recording();
     link.driver.keep_coverage()?;
+    link.driver.finish_drawing()?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)
+}
+
+/// What a picture shows of the lines.
+fn noted(text: &str) -> BTreeMap<u32, Shown> {
+    let shown = |line: TextLine<'_>| {
+        let shown = match parse(line.text, &mut |_, _| {}).command?.value {
+            Instruction::Move(_, Rate::Rapid, _) => Shown::Rapid,
+            Instruction::Tool(number) => Shown::Tool(number),
+            _ => return None,
+        };
+        Some((line.number, shown))
+    };
+    lines(text).filter_map(shown).collect()
 }
 
 /// The results of a check, for tools.

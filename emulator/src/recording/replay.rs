@@ -5,11 +5,13 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::json;
+use vimc4_device::Device;
 use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, check, part};
 
 use super::card::{card, seconds};
 use super::controller::{Other, Site, WALL};
 use super::file;
+use crate::drawing::{self, Drawing, Pictured};
 use crate::failure::Failure;
 use crate::output;
 use crate::text;
@@ -48,6 +50,8 @@ pub(crate) struct Arguments {
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pictured: Pictured,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
@@ -77,7 +81,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         _ => Vec::new(),
     };
     report(arguments, &recording, &other, &played, &causes)?;
+    draw(arguments, &recording, &other)?;
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Plays it once more for a picture, if one is wanted.
+fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(), Failure> {
+    let frame = drawing::frame(&arguments.file, &site.model, &site.machine);
+    let Some(mut drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
+    let mut player = site.player()?.watching(Drawing::KINDS);
+    for entry in &recording.entries {
+        player
+            .play_seeing(entry, &|written| site.read(written), &mut |device, at, event| {
+                drawing.see(device, at, event);
+            })
+            .map_err(|error| file::unplayable(&arguments.file, recording, error))?;
+    }
+    let now = player.device().now();
+    let counters = player.device().position(now);
+    drawing.finish(now, &counters)
 }
 
 /// The quirks, and the models of the family, with which everything would be as recorded.

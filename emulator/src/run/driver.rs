@@ -14,6 +14,7 @@ use super::meter::Meter;
 use super::rounds::Rounds;
 use super::tape::Tape;
 use crate::coverage::Covering;
+use crate::drawing::Drawing;
 use crate::failure::Failure;
 
 /// Runs a device from cause to cause and takes note of what it does.
@@ -33,6 +34,7 @@ pub(crate) struct Driver {
     pub(crate) rounds: Rounds,
     tape: Option<Tape>,
     covering: Option<Covering>,
+    pub(crate) drawing: Option<Drawing>,
     /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
 }
@@ -90,6 +92,7 @@ impl Driver {
             rounds: Rounds::default(),
             tape: None,
             covering: None,
+            drawing: None,
             news: VecDeque::new(),
         };
         driver.has_head = driver.head().is_some();
@@ -108,11 +111,29 @@ impl Driver {
 
     /// Counts what is met from now on.
     pub(crate) fn covering(mut self, covering: Option<Covering>) -> Driver {
-        if covering.is_some() {
-            self.harness = self.harness.watching(WANTED.and(Covering::KINDS));
-        }
         self.covering = covering;
+        self.watching()
+    }
+
+    /// Draws what is done from now on.
+    pub(crate) fn drawing(mut self, drawing: Option<Drawing>) -> Driver {
+        self.drawing = drawing;
+        self.watching()
+    }
+
+    /// Watches what somebody wants to know.
+    fn watching(mut self) -> Driver {
+        let covering = self.covering.as_ref().map_or(Kinds::NONE, |_| Covering::KINDS);
+        let drawing = self.drawing.as_ref().map_or(Kinds::NONE, |_| Drawing::KINDS);
+        self.harness = self.harness.watching(WANTED.and(covering).and(drawing));
         self
+    }
+
+    /// Draws what was done, if that is wanted.
+    pub(crate) fn finish_drawing(&mut self) -> Result<(), Failure> {
+        let now = self.now();
+        let counters = self.device().position(now);
+        self.drawing.take().map_or(Ok(()), |drawing| drawing.finish(now, &counters))
     }
 
     /// Keeps what was met, if that is counted.
@@ -239,6 +260,9 @@ impl Driver {
     fn take(&mut self, at: Time, event: Event) {
         if let Some(covering) = &self.covering {
             covering.see(&event);
+        }
+        if let Some(drawing) = &mut self.drawing {
+            drawing.see(self.harness.device(), at, &event);
         }
         match event {
             Event::Command { bytes, .. } => {

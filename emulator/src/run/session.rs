@@ -311,6 +311,7 @@ impl Session {
         self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
         self.driver.end_recording();
         self.driver.keep_coverage()?;
+        self.driver.finish_drawing()?;
         self.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
         Ok(ExitCode::from(end.why.code()))
     }

@@ -10,6 +10,7 @@ use super::driver::Driver;
 use super::tape::Tape;
 use crate::completions;
 use crate::coverage::Covering;
+use crate::drawing::Pictured;
 use crate::failure::Failure;
 use crate::values::duration;
 
@@ -40,6 +41,8 @@ pub(crate) struct World {
     /// `vimc4 coverage` shows
     #[arg(long, value_name = "FILE")]
     coverage: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) pictured: Pictured,
 }
 
 /// What the world around the controller does.

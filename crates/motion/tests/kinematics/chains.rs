@@ -34,6 +34,23 @@ proptest! {
         prop_assert_eq!(walked(&chain(links)), expected);
     }
 
+    /// A step is made in the link that leads there, and the circle engine stands where the step is.
+    #[test]
+    fn a_step_belongs_to_a_link(links in prop::collection::vec(paths(), 1..6), k in 0..9_000u64) {
+        let path = chain(links);
+        prop_assume!(path.length() > 0);
+        let k = k % path.length();
+        let (link, step) = path.link_at(k);
+        let (here, next) = (path.at(k), path.at(k + 1));
+        let (from, to) = (link.at(step), link.at(step + 1));
+        for axis in 0..AXES {
+            prop_assert_eq!(next[axis] - here[axis], to[axis] - from[axis]);
+        }
+        if let (Some((plane, start)), Some((_, now))) = (link.circle_at(0), link.circle_at(step)) {
+            prop_assert_eq!((now.x - start.x, now.y - start.y), (from[plane.0], from[plane.1]));
+        }
+    }
+
     /// However they are put together, the same links are the same chain.
     #[test]
     fn chains_of_chains(links in prop::collection::vec(paths(), 0..6), cut in 0..6usize) {

@@ -13,6 +13,12 @@ use super::entry::{Entry, Given, What};
 /// How many events are kept to explain what led to something.
 const REMEMBERED: usize = 12;
 
+/// What looks at every event, and at the device that it comes from.
+type Look<'l, D> = &'l mut dyn FnMut(&D, Time, &Event);
+
+/// The kinds of events that are told.
+const TOLD: Kinds = Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::SIGNAL).and(Kinds::WARNING);
+
 /// A device into which a recording is played, line by line.
 #[derive(Debug)]
 pub struct Player<D: Device> {
@@ -54,8 +60,7 @@ pub struct StateError {
 impl<D: Device> Player<D> {
     /// Plays into a device.
     pub fn new(device: D) -> Player<D> {
-        let wanted = Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::SIGNAL).and(Kinds::WARNING);
-        let harness = Harness::new(device).watching(wanted);
+        let harness = Harness::new(device).watching(TOLD);
         let (said, told, unknown) = (VecDeque::new(), VecDeque::new(), Vec::new());
         Player { harness, begun: false, led: false, said, told, remembered: REMEMBERED, unknown }
     }
@@ -64,6 +69,12 @@ impl<D: Device> Player<D> {
     #[must_use]
     pub fn remembering(self, remembered: usize) -> Player<D> {
         Player { remembered, ..self }
+    }
+
+    /// Also watches these kinds of events, for those who [look](Player::play_seeing).
+    #[must_use]
+    pub fn watching(self, kinds: Kinds) -> Player<D> {
+        Player { harness: self.harness.watching(TOLD.and(kinds)), ..self }
     }
 
     /// The device, to be looked at.
@@ -86,7 +97,7 @@ impl<D: Device> Player<D> {
     pub fn restore(&mut self, state: D::State) {
         self.begun = true;
         self.harness.restore(state);
-        self.take();
+        self.take(None);
     }
 
     /// Does what a line records, at its time. The first state is where playing begins. Lines of
@@ -100,6 +111,29 @@ impl<D: Device> Player<D> {
         entry: &Entry,
         state: &dyn Fn(&Value) -> Result<D::State, String>,
     ) -> Result<(), StateError> {
+        self.do_entry(entry, state, None)
+    }
+
+    /// The same, cause by cause: when `look` is told of an event, the device is as it has left it.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`play`](Player::play).
+    pub fn play_seeing(
+        &mut self,
+        entry: &Entry,
+        state: &dyn Fn(&Value) -> Result<D::State, String>,
+        look: Look<'_, D>,
+    ) -> Result<(), StateError> {
+        self.do_entry(entry, state, Some(look))
+    }
+
+    fn do_entry(
+        &mut self,
+        entry: &Entry,
+        state: &dyn Fn(&Value) -> Result<D::State, String>,
+        mut look: Option<Look<'_, D>>,
+    ) -> Result<(), StateError> {
         let first = !self.begun && matches!(entry.what, What::State { .. });
         let lets_time_pass = match entry.what {
             // Lines about clients have the time of the clock, which the device may not have reached
@@ -109,6 +143,12 @@ impl<D: Device> Player<D> {
             What::Sent(_) | What::State { .. } | What::End(_) => !first && !self.led,
         };
         if lets_time_pass {
+            if let Some(look) = look.as_mut() {
+                while self.harness.due().is_some_and(|due| due <= entry.at) {
+                    self.harness.step();
+                    self.take(Some(&mut **look));
+                }
+            }
             self.run_to(entry.at);
         }
         match &entry.what {
@@ -128,14 +168,14 @@ impl<D: Device> Player<D> {
             }
             _ => {}
         }
-        self.take();
+        self.take(look);
         Ok(())
     }
 
     /// Lets time pass, with everything that happens.
     pub fn run_to(&mut self, at: Time) {
         self.harness.run_to(at);
-        self.take();
+        self.take(None);
     }
 
     /// What has come out, byte by byte, and has not been taken.
@@ -164,12 +204,15 @@ impl<D: Device> Player<D> {
             .ok()
     }
 
-    fn take(&mut self) {
+    fn take(&mut self, mut look: Option<Look<'_, D>>) {
         while let Some(output) = self.harness.take_output() {
             match output {
                 Output::Bytes(at, bytes) => self.said.extend(bytes.iter().map(|byte| (at, *byte))),
                 Output::Flash(..) => {}
                 Output::Event(stamp, event) => {
+                    if let Some(look) = look.as_mut() {
+                        look(self.harness.device(), stamp.at, &event);
+                    }
                     let means = match &event {
                         Event::Command { bytes, .. } => self.harness.device().explain(bytes),
                         _ => String::new(),

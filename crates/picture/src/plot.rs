@@ -1,0 +1,307 @@
+//! What is kept of a run: its motions, and what happened on the way.
+
+use vimc4_device::{Event, Kinds, Motion, Warning};
+use vimc4_motion::{AXES, Point, Segment, Time};
+
+use crate::frame::added;
+use crate::leg::{Course, Leg, Purpose};
+
+/// What a mark says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MarkKind {
+    /// The first motion begins.
+    Start,
+    /// The last motion ends.
+    End,
+    /// A motion ended before its time.
+    Stop,
+    /// An error answer, or a loss.
+    Error,
+    /// A limit switch was pressed.
+    Limit,
+    /// A tool is changed.
+    Tool,
+}
+
+/// Something worth seeing, and where it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// What it is.
+    pub kind: MarkKind,
+    /// When it was.
+    pub at: Time,
+    /// Where the axes were, in steps, as in [`Plot::legs`].
+    pub place: Point,
+    /// More about it, for people.
+    pub text: String,
+}
+
+/// More marks than this are counted but not drawn.
+const MOST_MARKS: usize = 1_000;
+
+/// With more motions than this, short ones are taken together.
+const MOST_LEGS: usize = 250_000;
+
+/// Collects what a controller does, to be drawn.
+///
+/// Places are those of the carriages in steps, counted from the reference point; before the first
+/// reference run, and without one, as the controller counts. When a counter is set the carriage stays
+/// where it is, and so does the path.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    legs: Vec<Leg>,
+    marks: Vec<Mark>,
+    left_out: usize,
+    running: Option<Running>,
+    purpose: Purpose,
+    /// Where the counters were when the last motion ended.
+    counters: Option<Point>,
+    /// Carriage minus counter.
+    shift: Point,
+    /// Whether the axis has made a reference run since the last motion that was none.
+    referencing: [bool; AXES],
+    /// The carriage at the reference point, once there was one.
+    zero: [Option<i64>; AXES],
+    /// How many steps short motions that were taken together go astray at the most.
+    reach: i64,
+    most_legs: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Running {
+    began: Time,
+    from: Point,
+    origin: Point,
+    segment: Box<Segment>,
+}
+
+impl Default for Plot {
+    fn default() -> Plot {
+        Plot::new()
+    }
+}
+
+impl Plot {
+    /// The kinds of events that it looks at.
+    pub const KINDS: Kinds =
+        Kinds::MOTION.and(Kinds::ANSWER).and(Kinds::SWITCH).and(Kinds::WARNING);
+
+    /// Nothing has happened yet.
+    #[must_use]
+    pub fn new() -> Plot {
+        Plot {
+            legs: Vec::new(),
+            marks: Vec::new(),
+            left_out: 0,
+            running: None,
+            purpose: Purpose::default(),
+            counters: None,
+            shift: [0; AXES],
+            referencing: [false; AXES],
+            zero: [None; AXES],
+            reach: 0,
+            most_legs: MOST_LEGS,
+        }
+    }
+
+    /// Sets with how many motions short ones are taken together; 250,000 otherwise.
+    #[must_use]
+    pub fn keeping(self, most: usize) -> Plot {
+        Plot { most_legs: most.max(16), ..self }
+    }
+
+    /// Motions that begin from now on are for this.
+    pub fn purpose(&mut self, purpose: Purpose) {
+        self.purpose = purpose;
+    }
+
+    /// Something has happened.
+    pub fn see(&mut self, at: Time, event: &Event) {
+        match event {
+            Event::Motion(Motion::Begins { origin, segment }) => {
+                self.end(at, None);
+                self.counters_are(origin, self.purpose != Purpose::Reference);
+                let from = added(origin, &self.shift);
+                if self.legs.is_empty() && self.running.is_none() {
+                    self.mark(MarkKind::Start, at, from, String::new());
+                }
+                let (origin, segment) = (*origin, segment.clone());
+                self.running = Some(Running { began: at, from, origin, segment });
+            }
+            Event::Motion(Motion::Changes { segment }) => {
+                if let Some(running) = &mut self.running {
+                    running.segment = segment.clone();
+                }
+            }
+            Event::Motion(Motion::Ends { steps }) => self.end(at, Some(*steps)),
+            Event::Switch { axis, positive, active: true }
+                if self.purpose != Purpose::Reference =>
+            {
+                let end = if *positive { "positive" } else { "negative" };
+                let text = format!("limit switch at the {end} end of axis {}", axis + 1);
+                self.mark(MarkKind::Limit, at, self.place(at), text);
+            }
+            Event::Answer { bytes, why: Some(why), .. } => {
+                let answer: String = bytes.escape_ascii().to_string().chars().take(12).collect();
+                self.explain(at, format!("{answer}: {why}"));
+            }
+            Event::CutShort { why, .. } => self.explain(at, why.to_string()),
+            Event::Warning(warning) => self.warned(at, warning),
+            _ => {}
+        }
+    }
+
+    /// A tool is changed where the axes are.
+    pub fn tool(&mut self, at: Time, text: impl Into<String>) {
+        let place = self.place(at);
+        self.mark(MarkKind::Tool, at, place, text.into());
+    }
+
+    /// The run is over: what moves has moved up to now, and the counters are these.
+    pub fn stop(&mut self, now: Time, counters: &Point) {
+        self.end(now, None);
+        if !self.legs.is_empty() {
+            self.counters_are(counters, true);
+        }
+    }
+
+    /// The motions, in order. Places are in steps, before the [origin](Plot::origin) is taken off.
+    #[must_use]
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
+    /// The place that counts as zero: the reference point of axes that have made a reference run.
+    #[must_use]
+    pub fn origin(&self) -> Point {
+        self.zero.map(Option::unwrap_or_default)
+    }
+
+    /// The marks in order, with the end of the last motion.
+    #[must_use]
+    pub fn marks(&self) -> Vec<Mark> {
+        let last = self.legs.last().map(|leg| Mark {
+            kind: MarkKind::End,
+            at: leg.ends,
+            place: leg.to(),
+            text: String::new(),
+        });
+        self.marks.iter().cloned().chain(last).collect()
+    }
+
+    /// How many marks were too many to be kept.
+    #[must_use]
+    pub fn marks_left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// How many steps the path that is kept is beside the real one at the most: 0, unless there were
+    /// so many motions that short ones were taken together.
+    #[must_use]
+    pub fn astray(&self) -> i64 {
+        self.reach
+    }
+
+    /// The counters are these, and the carriages stand where they stood. When all reference runs are
+    /// over, the counters of their axes count from the reference point.
+    fn counters_are(&mut self, counters: &Point, are_over: bool) {
+        if let Some(last) = self.counters {
+            for axis in 0..AXES {
+                self.shift[axis] += last[axis] - counters[axis];
+                if are_over && std::mem::take(&mut self.referencing[axis]) {
+                    self.zero[axis].get_or_insert(self.shift[axis]);
+                }
+            }
+        }
+        self.counters = Some(*counters);
+    }
+
+    /// Where the carriages are.
+    fn place(&self, at: Time) -> Point {
+        match &self.running {
+            Some(running) => {
+                let offset = running.segment.offset_at(at.nanos_since(running.began));
+                added(&running.from, &offset)
+            }
+            None => added(&self.counters.unwrap_or_default(), &self.shift),
+        }
+    }
+
+    fn end(&mut self, at: Time, steps: Option<u64>) {
+        let Some(Running { began, from, origin, segment }) = self.running.take() else { return };
+        let made = steps.unwrap_or_else(|| segment.profile.steps_at(at.nanos_since(began)));
+        let made = made.min(segment.path.length());
+        let moved = segment.path.at(made);
+        self.counters = Some(added(&origin, &moved));
+        let is_reference = self.purpose == Purpose::Reference;
+        for axis in (0..AXES).filter(|axis| is_reference && moved[*axis] != 0) {
+            self.referencing[axis] = true;
+        }
+        if steps.is_some() && !is_reference && made < segment.path.length() {
+            self.mark(MarkKind::Stop, at, added(&from, &moved), String::new());
+        }
+        if made > 0 {
+            let course = Course::Made(segment);
+            let purpose = self.purpose;
+            self.legs.push(Leg { began, ends: at, from, course, made, purpose });
+            if self.legs.len() >= self.most_legs {
+                self.thin();
+            }
+        }
+    }
+
+    /// Takes neighbours together, further and further apart, until half of them are gone.
+    fn thin(&mut self) {
+        while self.legs.len() > self.most_legs / 2 && self.reach < 1 << 40 {
+            self.reach = (self.reach * 2).max(1);
+            let mut thinned: Vec<Leg> = Vec::with_capacity(self.legs.len());
+            for leg in self.legs.drain(..) {
+                match thinned.last_mut() {
+                    Some(last) if last.takes(&leg, self.reach) => last.take(&leg),
+                    _ => thinned.push(leg),
+                }
+            }
+            self.legs = thinned;
+        }
+    }
+
+    fn mark(&mut self, kind: MarkKind, at: Time, place: Point, text: String) {
+        let is_full = self.marks.len() >= MOST_MARKS;
+        let same = self.marks.last_mut().filter(|last| last.at == at && last.place == place);
+        match (same, kind) {
+            // A limit switch is why the motion stopped, whichever is told first.
+            (Some(last), MarkKind::Limit) if last.kind == MarkKind::Stop => {
+                (last.kind, last.text) = (kind, text);
+            }
+            (Some(last), MarkKind::Stop) if last.kind == MarkKind::Limit => {}
+            _ if is_full => self.left_out += 1,
+            _ => self.marks.push(Mark { kind, at, place, text }),
+        }
+    }
+
+    /// Why something went wrong: that belongs to what is marked already, or is an error.
+    fn explain(&mut self, at: Time, why: String) {
+        let place = self.place(at);
+        let same = self.marks.last_mut().filter(|last| last.place == place);
+        match same {
+            Some(last) if matches!(last.kind, MarkKind::Stop | MarkKind::Limit) => last.text = why,
+            _ => self.mark(MarkKind::Error, at, place, why),
+        }
+    }
+
+    fn warned(&mut self, at: Time, warning: &Warning) {
+        match warning {
+            Warning::StepsLost { axis, steps, .. } => {
+                let place = self.place(at);
+                self.mark(MarkKind::Error, at, place, warning.to_string());
+                if let Some(shift) = self.shift.get_mut(usize::from(*axis)) {
+                    *shift += steps;
+                }
+            }
+            Warning::ProgramError { .. }
+            | Warning::FalseReference { .. }
+            | Warning::CounterWrapped { .. } => self.explain(at, warning.to_string()),
+            _ => {}
+        }
+    }
+}

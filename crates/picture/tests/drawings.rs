@@ -1,0 +1,236 @@
+//! Pictures: where things are in them, and that they are the same every time.
+
+#![expect(clippy::unwrap_used, reason = "a picture that cannot be read has failed")]
+
+use std::borrow::Cow;
+
+use miniz_oxide::inflate::decompress_to_vec_zlib;
+use vimc4_device::{Event, Motion};
+use vimc4_motion::{AXES, Path, Point, Profile, Segment, StraightLine, Time};
+use vimc4_picture::{Axis, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
+
+const VIEWS: [View; 5] = [View::Top, View::Front, View::Side, View::Isometric, View::Time];
+
+/// 100 steps a mm, 40 x 30 x 10 mm.
+fn frame() -> Frame {
+    let axis = |name: &str, most: i64| Axis {
+        name: name.to_owned(),
+        unit: "mm".to_owned(),
+        per_step: 0.01,
+        travel: (Some(0), Some(most)),
+    };
+    let axes = vec![axis("X", 4_000), axis("Y", 3_000), axis("Z", 1_000)];
+    Frame { title: "a <test> & more".to_owned(), axes }
+}
+
+/// A run of lines.
+struct Run {
+    plot: Plot,
+    now: Time,
+    counters: Point,
+}
+
+impl Run {
+    fn new() -> Run {
+        Run { plot: Plot::new(), now: Time::ZERO, counters: [0; AXES] }
+    }
+
+    fn go(&mut self, way: [i64; 3], made: Option<u64>) {
+        let [x, y, z] = way;
+        let path = Path::Line(StraightLine::new([x, y, z, 0, 0, 0]));
+        let steps = made.unwrap_or(path.length());
+        let profile = Profile::constant(path.length(), 1_000);
+        let moved = path.at(steps);
+        let end = self.now.after_nanos(profile.time_of(steps.max(1)));
+        let segment = Box::new(Segment { path, profile });
+        let origin = self.counters;
+        self.plot.see(self.now, &Event::Motion(Motion::Begins { origin, segment }));
+        self.plot.see(end, &Event::Motion(Motion::Ends { steps }));
+        self.now = end;
+        self.counters = std::array::from_fn(|axis| origin[axis] + moved[axis]);
+    }
+
+    fn answers(&mut self, why: &str) {
+        let answer = Event::Answer {
+            mnemonic: Cow::Borrowed("@A"),
+            bytes: b"F"[..].into(),
+            why: Some(why.into()),
+        };
+        self.plot.see(self.now, &answer);
+    }
+}
+
+/// A square with an end before its time.
+fn square() -> Plot {
+    let mut run = Run::new();
+    for way in [[4_000, 0, 0], [0, 3_000, 0], [-4_000, 0, 500], [0, -3_000, 0]] {
+        let is_last = way == [0, -3_000, 0];
+        run.go(way, is_last.then_some(1_000));
+    }
+    run.answers("stopped by a <person>");
+    run.plot
+}
+
+/// The places of signs of a class in an SVG.
+fn signs(svg: &str, class: &str) -> Vec<(f64, f64)> {
+    let marker = format!("class=\"{class}\"");
+    let found = svg.lines().filter(|line| line.contains(&marker));
+    found
+        .map(|line| {
+            let outline =
+                line.split(" d=\"").nth(1).and_then(|rest| rest.split('z').next()).unwrap();
+            let points = points(outline);
+            let xs = points.iter().map(|point| point.0);
+            let ys = points.iter().map(|point| point.1);
+            let middle = |values: Vec<f64>| {
+                let low = values.iter().copied().fold(f64::MAX, f64::min);
+                let high = values.iter().copied().fold(f64::MIN, f64::max);
+                (low + high) / 2.0
+            };
+            (middle(xs.collect()), middle(ys.collect()))
+        })
+        .collect()
+}
+
+/// The points of a path of SVG with `M` and `l`, added up.
+fn points(d: &str) -> Vec<(f64, f64)> {
+    let mut numbers: Vec<f64> = Vec::new();
+    let mut word = String::new();
+    for letter in d.chars().chain([' ']) {
+        let ends = letter == '-' || letter == ' ' || letter.is_ascii_alphabetic();
+        if ends && !word.is_empty() {
+            numbers.push(word.parse().unwrap());
+            word.clear();
+        }
+        if !ends || letter == '-' {
+            word.push(letter);
+        }
+    }
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    for pair in numbers.chunks(2) {
+        let last = points.last().copied().unwrap_or((0.0, 0.0));
+        points.push((last.0 + pair[0], last.1 + pair[1]));
+    }
+    points
+}
+
+#[test]
+fn marks_are_where_they_happened() {
+    let plot = square();
+    let marks = plot.marks();
+    let kinds: Vec<MarkKind> = marks.iter().map(|mark| mark.kind).collect();
+    assert_eq!(kinds, [MarkKind::Start, MarkKind::Stop, MarkKind::End]);
+    assert_eq!(marks[1].place[..3], [0, 2_000, 500]);
+    assert_eq!(marks[1].text, "F: stopped by a <person>");
+
+    let svg = Picture::of(&plot, &frame(), &[View::Top], Colouring::Kind).svg();
+    let (start, stop) = (signs(&svg, "mark start")[0], signs(&svg, "mark stop")[0]);
+    // The envelope is as wide as the path: 40 mm of it give the scale.
+    let envelope = svg.lines().find(|line| line.contains("class=\"envelope\"")).unwrap();
+    let corner = points(envelope.split(" d=\"").nth(1).unwrap().split('"').next().unwrap());
+    let (left, bottom) = corner[0];
+    assert!((start.0 - left).abs() < 0.2 && (start.1 - bottom).abs() < 0.2, "{start:?} {corner:?}");
+    let feed = svg.lines().find(|line| line.contains("class=\"feed\"")).unwrap();
+    let feed = points(feed.split(" d=\"").nth(1).unwrap().split('"').next().unwrap());
+    let scale = (feed[1].0 - feed[0].0) / 40.0;
+    assert!((stop.0 - start.0).abs() < 0.2, "{stop:?}");
+    assert!((start.1 - stop.1 - 20.0 * scale).abs() < 0.2, "{stop:?} with {scale} a mm");
+    assert!(
+        svg.contains("stopped by a &lt;person&gt;") && svg.contains("a &lt;test&gt; &amp; more")
+    );
+}
+
+#[test]
+fn a_reference_run_ends_at_zero_and_the_path_before_it_is_where_it_was() {
+    let mut run = Run::new();
+    run.plot.purpose(Purpose::Reference);
+    run.go([-700, 0, 0], None);
+    run.go([20, 0, 0], None);
+    run.go([0, -300, 0], None);
+    run.counters = [0; AXES];
+    run.plot.purpose(Purpose::Work);
+    run.go([500, 400, 0], None);
+    let (plot, origin) = (&run.plot, run.plot.origin());
+    assert_eq!(origin[..3], [-680, -300, 0]);
+    let place = |place: Point| [place[0] - origin[0], place[1] - origin[1]];
+    assert_eq!(place(plot.legs()[0].from), [680, 300]);
+    assert_eq!(place(plot.legs()[3].from), [0, 0]);
+    assert_eq!(place(plot.legs()[3].to()), [500, 400]);
+    // The same if nothing moves after it.
+    let mut alone = Run::new();
+    alone.plot.purpose(Purpose::Reference);
+    alone.go([-700, 0, 0], None);
+    alone.plot.stop(alone.now, &[0; AXES]);
+    assert_eq!(alone.plot.origin()[0], -700);
+}
+
+#[test]
+fn the_same_run_gives_the_same_bytes() {
+    for colouring in [Colouring::Kind, Colouring::Speed] {
+        let [one, other] = [(); 2].map(|()| Picture::of(&square(), &frame(), &VIEWS, colouring));
+        assert_eq!(one.svg(), other.svg());
+        assert_eq!(one.png(), other.png());
+    }
+}
+
+#[test]
+fn nothing_at_all_is_a_picture_too() {
+    for plot in [Plot::new(), {
+        let mut run = Run::new();
+        run.go([0, 0, 0], None);
+        run.plot
+    }] {
+        for frame in [frame(), Frame::default()] {
+            let picture = Picture::of(&plot, &frame, &VIEWS, Colouring::Speed);
+            assert!(picture.svg().ends_with("</svg>\n"));
+            assert!(!picture.svg().contains("NaN") && !picture.svg().contains("inf"));
+            assert!(picture.png().is_some());
+        }
+    }
+}
+
+/// Reads a PNG as this library writes it: the width, and red, green and blue.
+fn read(png: &[u8]) -> (usize, Vec<[u8; 3]>) {
+    let word = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    let width = word(16);
+    assert_eq!(&png[24..29], [8, 2, 0, 0, 0]);
+    let data = &png[41..41 + word(33)];
+    let raw = decompress_to_vec_zlib(data).unwrap();
+    let mut above = vec![0_u8; width * 3];
+    let mut pixels = Vec::new();
+    for row in raw.chunks(width * 3 + 1) {
+        assert_eq!(row[0], 2);
+        for (byte, above) in row[1..].iter().zip(&mut above) {
+            *above = above.wrapping_add(*byte);
+        }
+        pixels.extend(above.chunks(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]));
+    }
+    (width, pixels)
+}
+
+#[test]
+fn the_dots_are_where_the_lines_are() {
+    let picture = Picture::of(&square(), &frame(), &[View::Top, View::Isometric], Colouring::Kind);
+    let (width, pixels) = read(&picture.png().unwrap());
+    let at = |(x, y): (f64, f64)| pixels[(y * 2.0) as usize * width + (x * 2.0) as usize];
+    let svg = picture.svg();
+    for (class, colour) in
+        [("mark start", [22, 163, 74]), ("mark stop", [220, 38, 38]), ("mark end", [34, 34, 34])]
+    {
+        let signs = signs(&svg, class);
+        assert_eq!(signs.len(), 2, "one in each view");
+        for sign in signs {
+            // Where the stop is, the end is hidden.
+            let seen = if class == "mark end" { [220, 38, 38] } else { colour };
+            assert_eq!(at(sign), seen, "{class} at {sign:?}");
+        }
+    }
+    let lines = svg.lines().filter(|line| line.contains("class=\"feed\"") && line.contains("d=\""));
+    for line in lines {
+        let path = points(line.split(" d=\"").nth(1).unwrap().split('"').next().unwrap());
+        let middle =
+            |one: (f64, f64), other: (f64, f64)| ((one.0 + other.0) / 2.0, (one.1 + other.1) / 2.0);
+        assert_eq!(at(middle(path[0], path[1])), [29, 78, 216]);
+    }
+}

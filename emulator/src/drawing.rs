@@ -1,0 +1,233 @@
+//! `--plot`: a picture of what a controller does.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{self, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::ValueEnum;
+use vimc4::{Machine, Model};
+use vimc4_catalogue::Controller;
+use vimc4_device::{Activity, Device, Event, Kinds, Motion, Point, Time};
+use vimc4_motion::{Path, Profile, Segment};
+use vimc4_picture::{Axis, Colouring, Frame, Picture, Plot, Purpose, View};
+
+use crate::failure::Failure;
+use crate::text;
+
+/// The picture that is wanted.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Pictured {
+    /// Draw what was done into a file, as OUT says by its end: .svg or .png
+    #[arg(long, value_name = "OUT")]
+    plot: Option<PathBuf>,
+    /// What to draw: one or several, separated by commas; by default the path from above, and isometric
+    /// too if Z moves
+    #[arg(long, value_name = "VIEW", value_enum, value_delimiter = ',', requires = "plot")]
+    plot_view: Vec<ViewName>,
+    /// What the colours of the path mean
+    #[arg(long, value_name = "WHAT", value_enum, default_value = "kind", requires = "plot")]
+    plot_colour: ColourName,
+    /// Show the picture in the program that the desktop has for it
+    #[arg(long, requires = "plot")]
+    open: bool,
+}
+
+/// What to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ViewName {
+    /// The path from above: X and Y
+    Top,
+    /// The path from the front: X and Z
+    Front,
+    /// The path from the right: Y and Z
+    Side,
+    /// The path from above, front and left at once
+    Iso,
+    /// Position, speed and acceleration of each axis over time
+    Time,
+}
+
+/// What colours mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ColourName {
+    /// Rapid, feed, arc, reference run
+    Kind,
+    /// How fast it goes
+    Speed,
+}
+
+/// What a picture is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Svg,
+    Png,
+}
+
+impl Pictured {
+    /// Begins a picture, if one is wanted. Its file is created now, so that what cannot be written is
+    /// known before anything is done.
+    pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {
+        let Some(path) = &self.plot else { return Ok(None) };
+        let end = path.extension().and_then(|end| end.to_str()).unwrap_or_default();
+        let format = match end.to_ascii_lowercase().as_str() {
+            "svg" => Format::Svg,
+            "png" => Format::Png,
+            _ => {
+                return Err(Failure::usage(format!(
+                    "--plot {}: the end of the name says what is drawn; use .svg or .png",
+                    path.display()
+                )));
+            }
+        };
+        File::create(path).map_err(|error| unwritable(path, &error))?;
+        let views = self.plot_view.iter().map(|view| match view {
+            ViewName::Top => View::Top,
+            ViewName::Front => View::Front,
+            ViewName::Side => View::Side,
+            ViewName::Iso => View::Isometric,
+            ViewName::Time => View::Time,
+        });
+        Ok(Some(Drawing {
+            plot: Plot::new(),
+            frame,
+            path: path.clone(),
+            format,
+            views: views.collect(),
+            colouring: match self.plot_colour {
+                ColourName::Kind => Colouring::Kind,
+                ColourName::Speed => Colouring::Speed,
+            },
+            is_opened: self.open,
+            is_rapid: false,
+        }))
+    }
+}
+
+/// A picture that is being made.
+pub(crate) struct Drawing {
+    pub(crate) plot: Plot,
+    frame: Frame,
+    path: PathBuf,
+    format: Format,
+    views: Vec<View>,
+    colouring: Colouring,
+    is_opened: bool,
+    /// Whether what moves is on its way only.
+    pub(crate) is_rapid: bool,
+}
+
+impl Drawing {
+    pub(crate) const KINDS: Kinds = Plot::KINDS;
+
+    /// Something has happened in a controller that does this now.
+    pub(crate) fn see<D>(&mut self, device: &D, at: Time, event: &Event)
+    where
+        D: Device<Details = <Controller as Device>::Details>,
+    {
+        if matches!(event, Event::Motion(Motion::Begins { .. })) {
+            let head = || device.details().is_head_down();
+            self.plot.purpose(match device.activity() {
+                Activity::ReferenceTowardsSwitch
+                | Activity::ReferenceOutOfSwitch
+                | Activity::ReferenceFreeSteps => Purpose::Reference,
+                _ if self.is_rapid || head() == Some(false) => Purpose::Rapid,
+                _ => Purpose::Work,
+            });
+        }
+        self.plot.see(at, event);
+    }
+
+    /// Is a picture from there, if nothing else was said.
+    pub(crate) fn seen_from(mut self, view: View) -> Drawing {
+        if self.views.is_empty() && view != View::Top {
+            self.views = vec![view, View::Isometric];
+        }
+        self
+    }
+
+    /// Draws a single motion at a constant speed.
+    pub(crate) fn finish_alone(
+        mut self,
+        origin: Point,
+        path: Path,
+        speed: u32,
+    ) -> Result<(), Failure> {
+        let steps = path.length();
+        let end: Point = path.at(steps);
+        let profile = Profile::constant(steps, speed);
+        let now = Time::from_nanos(profile.duration());
+        let segment = Box::new(Segment { path, profile });
+        self.plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin, segment }));
+        self.plot.see(now, &Event::Motion(Motion::Ends { steps }));
+        self.finish(now, &std::array::from_fn(|axis| origin[axis] + end[axis]))
+    }
+
+    /// Draws what was done up to now, with the counters as they are.
+    pub(crate) fn finish(mut self, now: Time, counters: &Point) -> Result<(), Failure> {
+        self.plot.stop(now, counters);
+        let views = match self.views.as_slice() {
+            [] => Picture::best_views(&self.plot),
+            views => views,
+        };
+        let picture = Picture::of(&self.plot, &self.frame, views, self.colouring);
+        let bytes = match self.format {
+            Format::Svg => picture.svg().into_bytes(),
+            Format::Png => picture.png().ok_or_else(|| {
+                Failure::midway("there is no memory for the dots of the picture; use .svg")
+            })?,
+        };
+        fs::write(&self.path, bytes).map_err(|error| unwritable(&self.path, &error))?;
+        if self.is_opened {
+            show(&self.path);
+        }
+        Ok(())
+    }
+}
+
+fn unwritable(path: &path::Path, error: &io::Error) -> Failure {
+    Failure::usage(format!(
+        "cannot write {}: {error}; name a file in a folder that can be written to",
+        path.display()
+    ))
+}
+
+/// Shows a file in the program that the desktop has for it. If there is none, that is said: the file is
+/// there nevertheless.
+fn show(path: &path::Path) {
+    let (program, first): (&str, &[&str]) = match () {
+        () if cfg!(windows) => ("cmd", &["/C", "start", ""]),
+        () if cfg!(target_os = "macos") => ("open", &[]),
+        () => ("xdg-open", &[]),
+    };
+    let mut command = Command::new(program);
+    command.args(first).arg(path).stdin(Stdio::null()).stdout(Stdio::null());
+    if let Err(error) = command.spawn() {
+        let file = path.display();
+        let text = format!(
+            "cannot show {file}, because {program} does not start: {error}; it is written, so open it \
+             with any browser"
+        );
+        // Whoever closed standard error does not want to know.
+        let _ = writeln!(io::stderr(), "{text}");
+    }
+}
+
+/// The axes of a model on a machine, for a picture of what a file did.
+pub(crate) fn frame(file: &path::Path, model: &Model, machine: &Machine) -> Frame {
+    let measures = machine.measures();
+    let what = match file.file_name() {
+        Some(name) if file != path::Path::new("-") => text::name(path::Path::new(name)),
+        _ => text::name(file),
+    };
+    let names = model.axis_names();
+    let fitted = (0..names.len()).rev().find(|axis| machine.fits(*axis)).map_or(0, |last| last + 1);
+    let axes = names.iter().take(fitted).enumerate().map(|(axis, name)| Axis {
+        name: (*name).to_owned(),
+        unit: measures[axis].name.to_owned(),
+        per_step: measures[axis].per_step,
+        travel: machine.axis(axis).travel(),
+    });
+    let title = format!("{what} · {} · {}", model.name(), machine.name);
+    Frame { title, axes: axes.collect() }
+}
