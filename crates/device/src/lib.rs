@@ -19,6 +19,7 @@ mod harness;
 mod input;
 mod line;
 mod model;
+mod nth;
 mod outbox;
 mod output;
 mod run;

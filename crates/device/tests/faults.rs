@@ -4,6 +4,7 @@
 
 mod cart;
 mod pieces;
+mod ways;
 
 use std::time::Duration;
 
@@ -14,7 +15,7 @@ use vimc4_device::{
 };
 
 use cart::Cart;
-use pieces::in_pieces;
+use ways::Ways;
 
 const fn ms(millis: u64) -> Time {
     Time::from_millis(millis)
@@ -376,56 +377,16 @@ proptest! {
         pieces in prop::collection::vec(1_u64..5_000, 1..6),
         paced in any::<bool>(),
     ) {
-        let line = match paced {
-            true => Line::paced(Cart::default()),
-            false => Line::ideal(Cart::default()),
-        };
-        let names = Names::of(&line);
-        let mut whole = Harness::new(line);
-        let mut watched = whole.clone().watching(Kinds::ALL);
-        let mut pieced = whole.clone();
-        let mut planned = whole.clone();
-        let mut restored = whole.clone();
+        let mut ways = Ways::new(paced, pieces.iter().cycle());
+        let names = Names::of(ways.whole.device());
         let mut when = Time::ZERO;
-        let mut pieces = pieces.iter().cycle();
         for (micros, happening) in &happenings {
             when = when + Duration::from_micros(*micros);
-            let input = happening.owned(&names);
-            for harness in [&mut whole, &mut watched] {
-                harness.run_to(when);
-                harness.input(input.as_input());
-            }
-            in_pieces(&mut pieced, when, &mut pieces, input.as_input());
-            planned.plan(when, input.as_input());
-            restored.run_to(when);
-            let state = serde_json::to_string(&restored.device().state()).unwrap();
-            restored.restore(serde_json::from_str(&state).unwrap());
-            restored.input(input.as_input());
-            let state = serde_json::to_string(&restored.device().state()).unwrap();
-            restored.restore(serde_json::from_str(&state).unwrap());
+            ways.give(when, happening.owned(&names).as_input());
         }
-        let end = ms(4_000);
-        while planned.planned().is_some() {
-            planned.step();
-        }
-        let bytes = |harness: &mut Harness<Line<Cart>>| {
-            harness.run_to(end);
-            let mut bytes = Vec::new();
-            for output in harness.outputs() {
-                if let Output::Bytes(at, piece) = output {
-                    bytes.extend(piece.iter().map(|byte| (*at, *byte)));
-                }
-            }
-            (bytes, harness.device().state())
-        };
-        let wanted = bytes(&mut whole);
-        prop_assert_eq!(&bytes(&mut watched), &wanted, "watched");
-        prop_assert_eq!(&bytes(&mut pieced), &wanted, "in pieces");
-        prop_assert_eq!(&bytes(&mut planned), &wanted, "planned");
-        prop_assert_eq!(&bytes(&mut restored), &wanted, "restored");
+        ways.meet(ms(4_000));
         // And when nothing is wrong any more, nothing is left of it.
-        whole.input(Input::Fault(&Faulting::EndAll));
-        whole.run_to(end + Duration::from_secs(1));
-        prop_assert!(whole.device().faults().is_empty());
+        ways.whole.input(Input::Fault(&Faulting::EndAll));
+        ways.nothing_is_left();
     }
 }

@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests end at what they do not expect")]
 
 mod cart;
+mod pieces;
+mod ways;
 
 use std::time::Duration;
 
@@ -14,6 +16,7 @@ use vimc4_device::{
 };
 
 use cart::Cart;
+use ways::Ways;
 
 const fn ms(millis: u64) -> Time {
     Time::from_millis(millis)
@@ -488,64 +491,16 @@ proptest! {
         pieces in prop::collection::vec(1_u64..5_000, 1..6),
         paced in any::<bool>(),
     ) {
-        let line = match paced {
-            true => Line::paced(Cart::default()),
-            false => Line::ideal(Cart::default()),
-        };
-        let mut whole = Harness::new(line);
-        let mut watched = whole.clone().watching(Kinds::ALL);
-        let mut pieced = whole.clone();
-        let mut planned = whole.clone();
-        let mut restored = whole.clone();
+        let mut ways = Ways::new(paced, pieces.iter().cycle());
         let mut when = Time::ZERO;
-        let mut pieces = pieces.iter().cycle();
         for (micros, happening) in &happenings {
             when = when + Duration::from_micros(*micros);
-            let input = happening.as_input();
-            for harness in [&mut whole, &mut watched] {
-                harness.run_to(when);
-                harness.input(input);
-            }
-            let mut there = pieced.now();
-            while there < when {
-                there = when.min(there + Duration::from_micros(*pieces.next().unwrap()));
-                pieced.advance(there - pieced.now());
-            }
-            match happening {
-                Happening::Line(line) => line.bytes().for_each(|byte| pieced.send(&[byte])),
-                _ => pieced.input(input),
-            }
-            planned.plan(when, input);
-            restored.run_to(when);
-            let state = serde_json::to_string(&restored.device().state()).unwrap();
-            restored.restore(serde_json::from_str(&state).unwrap());
-            restored.input(input);
-            let state = serde_json::to_string(&restored.device().state()).unwrap();
-            restored.restore(serde_json::from_str(&state).unwrap());
+            ways.give(when, happening.as_input());
         }
-        let end = ms(600);
-        while planned.planned().is_some() {
-            planned.step();
-        }
-        let bytes = |harness: &mut Harness<Line<Cart>>| {
-            harness.run_to(end);
-            let mut bytes = Vec::new();
-            for output in harness.outputs() {
-                if let Output::Bytes(at, piece) = output {
-                    bytes.extend(piece.iter().map(|byte| (*at, *byte)));
-                }
-            }
-            (bytes, harness.device().state())
-        };
-        let wanted = bytes(&mut whole);
-        prop_assert_eq!(&bytes(&mut watched), &wanted, "watched");
-        prop_assert_eq!(&bytes(&mut pieced), &wanted, "in pieces");
-        prop_assert_eq!(&bytes(&mut planned), &wanted, "planned");
-        prop_assert_eq!(&bytes(&mut restored), &wanted, "restored");
+        ways.meet(ms(600));
         // And when rules and faults end, nothing is left of them.
-        whole.input(Input::Rule(&Ruling::EndAll));
-        whole.input(Input::Fault(&vimc4_device::Faulting::EndAll));
-        whole.run_to(end + Duration::from_secs(1));
-        prop_assert!(whole.device().faults().is_empty() && whole.device().rules().is_empty());
+        ways.whole.input(Input::Rule(&Ruling::EndAll));
+        ways.whole.input(Input::Fault(&vimc4_device::Faulting::EndAll));
+        ways.nothing_is_left();
     }
 }

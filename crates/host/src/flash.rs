@@ -216,8 +216,13 @@ fn try_lock(file: &File) -> Result<(), TryLockError> {
     }
 }
 
+/// Whether a file that was opened is still the one at a path: another may have been put in its place.
+///
+/// # Errors
+///
+/// If the operating system does not tell.
 #[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+pub fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
     let here = file.metadata()?;
     match fs::metadata(path) {
@@ -227,8 +232,13 @@ fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     }
 }
 
+/// Whether a file that was opened is still the one at a path: an open file stays there here.
+///
+/// # Errors
+///
+/// None.
 #[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> io::Result<bool> {
+pub fn is_at(_: &File, _: &Path) -> io::Result<bool> {
     Ok(true)
 }
 

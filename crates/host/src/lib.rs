@@ -40,7 +40,7 @@ mod worker;
 
 pub use breakpoints::BreakpointView;
 pub use clock::{Clock, ClockError, Rate};
-pub use flash::{FlashFile, FlashFileError, unix_lines};
+pub use flash::{FlashFile, FlashFileError, is_at, unix_lines};
 pub use handle::Handle;
 pub use journey::{Journey, Progress};
 pub use pending::{ControlError, Pending, block_on};

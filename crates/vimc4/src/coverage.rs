@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use thiserror::Error;
 use vimc4_catalogue::Model;
 use vimc4_coverage::{Collector, Coverage, CoverageError};
-use vimc4_host::{Report, Sink, Wants, What};
+use vimc4_host::{Report, Sink, Wants, What, is_at};
 
 /// What was met, shared with the [`Counter`] that fills it.
 #[derive(Clone, Debug)]
@@ -187,22 +187,6 @@ fn locked(path: &Path) -> io::Result<File> {
             return Ok(file);
         }
     }
-}
-
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> io::Result<bool> {
-    use std::os::unix::fs::MetadataExt;
-    let here = file.metadata()?;
-    match fs::metadata(path) {
-        Ok(there) => Ok((here.dev(), here.ino()) == (there.dev(), there.ino())),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
-    }
-}
-
-#[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> io::Result<bool> {
-    Ok(true)
 }
 
 /// Puts a new file in the place of the one that is locked.

@@ -3,12 +3,13 @@
 use std::fmt::{self, Write};
 use std::str::FromStr;
 
-use super::words::{FaultError, Nth, Span, Words, up_to, whole};
+use super::words::{FaultError, Span, Words, up_to, whole};
 use super::{
     Awaited, BadByte, Chance, Damage, Fault, FaultNumber, Faulting, Garbling, LineFault,
     MachineFault, Mishap, Way, When, mishap,
 };
 use crate::condition::without_names;
+use crate::nth::Nth;
 use crate::{Condition, Names, escape};
 
 /// The kinds of faults of the line, as they are typed, and what each does.

@@ -9,6 +9,7 @@ use bytes::Bytes;
 
 use super::Chance;
 use crate::condition::excerpt;
+use crate::nth::Nth;
 use crate::{parse_duration, show_nanos, unescape};
 
 /// Why a text is not a fault: where it goes wrong, and what would be right there.
@@ -47,22 +48,6 @@ pub(super) struct Span(pub(super) Duration);
 impl fmt::Display for Span {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&show_nanos(u64::try_from(self.0.as_nanos()).unwrap_or(u64::MAX)))
-    }
-}
-
-/// `1st`, `2nd`, `3rd`, `4th`.
-pub(super) struct Nth(pub(super) u64);
-
-impl fmt::Display for Nth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let end = match (self.0 % 10, self.0 % 100) {
-            (_, 11..=13) => "th",
-            (1, _) => "st",
-            (2, _) => "nd",
-            (3, _) => "rd",
-            _ => "th",
-        };
-        write!(f, "{}{end}", self.0)
     }
 }
 
@@ -169,10 +154,7 @@ impl<'t> Words<'t> {
 
     /// The number that a word such as `10th` says.
     pub(super) fn peek_ordinal(&self) -> Option<u64> {
-        let word = self.peek();
-        let number = word.get(..word.len().checked_sub(2)?)?;
-        let number = number.parse().ok().filter(|number| *number > 0)?;
-        Nth(number).to_string().eq_ignore_ascii_case(word).then_some(number)
+        Nth::read(self.peek())
     }
 
     /// `10th`, or `10`.

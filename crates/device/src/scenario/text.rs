@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::{Act, Awaits, Cue, Lasts, Rule, Ruling, Scenario, ScenarioNumber, Trigger};
 use crate::condition::{excerpt, without_names};
+use crate::nth::Nth;
 use crate::{Condition, Deed, Fault, Faulting, Names, parse_duration, show_nanos};
 
 /// Why a text is not a rule: where it goes wrong, and what would be right there.
@@ -365,7 +366,7 @@ fn cue(part: Part<'_>, names: &Names) -> Result<Cue, RuleError> {
         return Ok(Cue { awaits: Awaits::Time(span), times: 1 });
     }
     let (mut rest, mut times) = (part, 1);
-    if let Some(nth) = ordinal(part.first()) {
+    if let Some(nth) = Nth::read(part.first()).and_then(|nth| u32::try_from(nth).ok()) {
         (rest, times) = (part.behind(part.first().len()), nth);
     }
     if rest.take("rule") {
@@ -373,28 +374,6 @@ fn cue(part: Part<'_>, names: &Names) -> Result<Cue, RuleError> {
         return Ok(Cue { awaits: Awaits::Rule(rest.text.to_owned()), times });
     }
     Ok(Cue { awaits: Awaits::Condition(condition(rest, names)?), times })
-}
-
-/// The number that `2nd` says.
-fn ordinal(word: &str) -> Option<u32> {
-    let number = word.get(..word.len().checked_sub(2)?)?;
-    let number = number.parse().ok().filter(|number| *number > 0)?;
-    Nth(number).to_string().eq_ignore_ascii_case(word).then_some(number)
-}
-
-struct Nth(u32);
-
-impl fmt::Display for Nth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let end = match (self.0 % 10, self.0 % 100) {
-            (_, 11..=13) => "th",
-            (1, _) => "st",
-            (2, _) => "nd",
-            (3, _) => "rd",
-            _ => "th",
-        };
-        write!(f, "{}{end}", self.0)
-    }
 }
 
 /// A condition; the beginning of a command alone says that it is that command.
@@ -478,7 +457,7 @@ impl Names {
     fn write_cue(&self, cue: &Cue) -> String {
         let nth = match cue.times {
             0 | 1 => String::new(),
-            times => format!("{} ", Nth(times)),
+            times => format!("{} ", Nth(times.into())),
         };
         match &cue.awaits {
             Awaits::Condition(condition) => format!("{nth}{}", self.write(condition)),
