@@ -73,6 +73,11 @@ not tried.";
         .help("Show on standard error what the program does to DTR and RTS, and with --serve the \
                conversation")),
 )]
+#[cfg_attr(feature = "api", command(
+    mut_arg("http", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("web", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("http_token", |arg| arg.hide(true).conflicts_with("program")),
+))]
 pub(crate) struct Arguments {
     /// What is at the far end of the handshake lines
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = FarEnd::On)]

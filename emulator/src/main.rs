@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod answers;
+#[cfg(feature = "api")]
+mod api;
 mod circle;
 mod completions;
 mod conform;

@@ -45,6 +45,7 @@ Examples:
   vimc4 serve --record session.jsonl
   vimc4 serve --time instant --coverage coverage.json
   vimc4 serve --json --time instant --count 8 --until-stdin-closes
+  vimc4 serve --web
   VIMC4_LOG=info vimc4 serve
 
 It answers orders on standard input, such as press stop, position and quit; help lists them.
@@ -126,6 +127,9 @@ pub(crate) struct Arguments {
     /// Adapter Protocol; 0 picks a free one and prints it
     #[arg(long, value_name = "PORT", conflicts_with_all = ["line_pacing", "line_physics"])]
     pub(crate) dap: Option<u16>,
+    #[cfg(feature = "api")]
+    #[command(flatten)]
+    pub(crate) api: crate::api::Arguments,
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
@@ -146,6 +150,34 @@ struct Places<'a> {
     control: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dap: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    http: Option<String>,
+}
+
+/// Where programs find the controllers as a whole, and what comes from there.
+#[derive(Default)]
+struct Doors {
+    dap: Option<String>,
+    #[cfg(feature = "api")]
+    api: Option<vimc4_api::Server>,
+}
+
+impl Doors {
+    fn http(&self) -> Option<String> {
+        #[cfg(feature = "api")]
+        return self.api.as_ref().map(vimc4_api::Server::url);
+        #[cfg(not(feature = "api"))]
+        None
+    }
+
+    /// Resolves when the end is ordered from there.
+    async fn told_to_quit(&self) {
+        #[cfg(feature = "api")]
+        if let Some(api) = &self.api {
+            return api.told_to_quit().await;
+        }
+        std::future::pending().await
+    }
 }
 
 #[derive(Serialize)]
@@ -165,6 +197,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         ));
     }
     let debugger = arguments.dap.map(dap::bind).transpose()?;
+    #[cfg(feature = "api")]
+    let place = crate::api::place(&arguments.api)?;
     let runtime = runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -181,12 +215,22 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         };
         let end = match started {
             Ok(Ok(())) => {
-                let dap = debugger.map(|listener| let_attach(listener, &emulators)).transpose();
-                match dap {
-                    Ok(dap) => {
-                        let ready = announce(&arguments, &emulators, dap);
+                let open = async {
+                    Ok(Doors {
+                        dap: debugger.map(|on| let_attach(on, &emulators)).transpose()?,
+                        #[cfg(feature = "api")]
+                        api: match place {
+                            Some(place) => Some(crate::api::start(place, &emulators).await?),
+                            None => None,
+                        },
+                    })
+                };
+                match open.await {
+                    Ok(doors) => {
+                        let ready = announce(&arguments, &emulators, &doors);
                         answers.give(answers.room().await, ready);
-                        attend(&emulators, endings, &answers, arguments.until_stdin_closes).await
+                        let waits = arguments.until_stdin_closes;
+                        attend(&emulators, endings, &answers, waits, &doors).await
                     }
                     Err(failure) => Err(failure),
                 }
@@ -404,7 +448,7 @@ fn recording(path: &Path, number: Option<u16>) -> PathBuf {
 }
 
 /// Where the controllers are, and that they are ready; what is to be known besides is said.
-fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) -> String {
+fn announce(arguments: &Arguments, emulators: &[Emulator], doors: &Doors) -> String {
     let pty = |emulator: &Emulator| emulator.port().map(|path| path.display().to_string());
     let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
     let rfc2217 = |emulator: &Emulator| emulator.rfc2217_addr().map(|address| address.to_string());
@@ -418,7 +462,8 @@ fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) 
             serial: emulator.serial(),
         });
         let controllers = controllers.collect();
-        let places = Places { ready: true, controllers, control: None, dap };
+        let (dap, http) = (doors.dap.clone(), doors.http());
+        let places = Places { ready: true, controllers, control: None, dap, http };
         // A structure of strings can always be written.
         text.push_str(&serde_json::to_string(&places).unwrap_or_default());
         text.push('\n');
@@ -438,8 +483,11 @@ fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) 
                 }
             }
         }
-        if let Some(address) = dap {
+        if let Some(address) = &doors.dap {
             text.push_str(&format!("dap {address}\n"));
+        }
+        if let Some(url) = doors.http() {
+            text.push_str(&format!("http {url}\n"));
         }
         text.push_str("ready\n");
     }
@@ -476,6 +524,7 @@ async fn attend(
     mut endings: Endings,
     answers: &Answers,
     until_stdin_closes: bool,
+    doors: &Doors,
 ) -> Result<ExitCode, Failure> {
     let names = match emulators.first() {
         Some(emulator) => emulator.control().names().await.map_err(Failure::midway)?,
@@ -488,6 +537,7 @@ async fn attend(
     loop {
         tokio::select! {
             code = endings.told() => return Ok(code),
+            () = doors.told_to_quit(), if !ending => ending = true,
             end = &mut ended => return end.map(|()| ExitCode::SUCCESS),
             // Where there is no room for another answer it stays with the desk.
             (room, answer) = async { (answers.room().await, desk.answer().await) }, if !desk.is_empty() => {

@@ -18,9 +18,10 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 17] = [
+const PAGES: [(&str, &str); 18] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
+    ("docs/api.md", include_str!("../../docs/api.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
     ("docs/connect.md", include_str!("../../docs/connect.md")),
     ("docs/coverage.md", include_str!("../../docs/coverage.md")),
@@ -51,6 +52,8 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/python.md", "pip ", "installs what is being tested; `.ci/run` does"),
     ("README.md", "python3 examples/tour.py", "a test of its own below"),
     ("", "socat ", "emulator/tests/connect"),
+    ("docs/api.md", "curl ", "emulator/tests/api.rs"),
+    ("docs/api.md", "vimc4 serve --http 0.0.0.0:8080", "emulator/tests/api.rs"),
     ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),
     ("", "vimc4 lines --serve -- python3 examples/tour.py", "waits for STOP; a test below"),
     ("docs/connect.md", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),
@@ -292,7 +295,7 @@ fn check(bench: &Bench, page: &str, line: &str) -> Result<(), String> {
         run = run.replace("127.0.0.1:4004", &address);
     }
     if serves {
-        run += " --tcp 127.0.0.1:0";
+        run = run.replace("127.0.0.1:8080", "127.0.0.1:0") + " --tcp 127.0.0.1:0";
     }
     // Playing takes a quarter of a minute; emulator/tests/conform.rs does. Here its options count.
     if line.starts_with("vimc4 conform") {

@@ -293,6 +293,28 @@ impl<D: Device + Clone> Drive<D> {
         self.rig.device.now()
     }
 
+    pub(crate) fn clock(&self) -> Clock {
+        self.pace.clock()
+    }
+
+    /// From now on time runs as fast as this clock. Only one that runs by itself can take the place
+    /// of another: whoever awaits a time has been told whether it comes by itself.
+    pub(crate) fn set_clock(&mut self, clock: Clock) -> Result<(), ControlError> {
+        if clock.rate().is_none() || !self.pace.runs() {
+            return Err(ControlError::Unsupported(
+                "only a clock that runs by itself can change its speed, as from real to 8x; \
+                 choose manual or instant when the controller is started",
+            ));
+        }
+        if !self.rig.is_paused() {
+            let at = self.catch_up_to_present();
+            self.rig.pass_time(at);
+        }
+        self.pace = Pace::new(clock);
+        self.pace.start(self.rig.device.now());
+        Ok(())
+    }
+
     /// Time goes on from where it is: what has passed on the wall is not made up for.
     pub(crate) fn resume(&mut self, by: &Source) -> Result<Time, ControlError> {
         if !self.rig.is_paused() {

@@ -264,6 +264,20 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.with(|runner| Ok(runner.device().clone()))
     }
 
+    /// Whose time it lives in.
+    pub fn clock(&self) -> Pending<Clock> {
+        self.with(|runner| Ok(runner.clock()))
+    }
+
+    /// Lets time pass at another speed from now on.
+    ///
+    /// # Errors
+    ///
+    /// If time does not run by itself, or would not any more.
+    pub fn set_clock(&self, clock: Clock) -> Pending<()> {
+        self.with(move |runner| runner.set_clock(clock))
+    }
+
     // --- time stands still ---
 
     /// Pauses the controller's time, whatever its clock, and says when that was. Clients stay

@@ -24,6 +24,11 @@ impl Pace {
         Pace { clock, ticking: None, behind: None }
     }
 
+    /// Whose time it is.
+    pub(crate) fn clock(&self) -> Clock {
+        self.clock
+    }
+
     /// Time goes on from here.
     pub(crate) fn start(&mut self, at: Time) {
         self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, at));

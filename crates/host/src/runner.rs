@@ -231,6 +231,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.resume(by)
     }
 
+    pub(crate) fn clock(&self) -> Clock {
+        self.drive.clock()
+    }
+
+    pub(crate) fn set_clock(&mut self, clock: Clock) -> Result<(), ControlError> {
+        self.drive.set_clock(clock)
+    }
+
     pub(crate) fn step(&mut self) -> Result<Step, ControlError> {
         self.drive.step()
     }

@@ -276,6 +276,11 @@ impl Chain {
         Chain { links: placed.collect() }
     }
 
+    /// Its links, each with the number of clock steps before it.
+    pub fn links(&self) -> impl ExactSizeIterator<Item = (u64, &Path)> {
+        self.links.iter().map(|link| (link.before, &link.path))
+    }
+
     /// The link in which clock step `k + 1` is made, or the last; `None` in an empty chain.
     fn link_at(&self, k: u64) -> Option<&ChainLink> {
         let next = self.links.partition_point(|link| link.before <= k);

@@ -9,8 +9,8 @@ use vimc4_device::{
     Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
 };
 use vimc4_host::{
-    BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
-    Modem, Pause, Pending, Sink, SinkId, Step,
+    BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, Journey,
+    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Step,
 };
 
 use vimc4_coverage::Coverage;
@@ -115,6 +115,11 @@ impl Control {
         &self.model
     }
 
+    /// The machine.
+    pub fn machine(&self) -> &Arc<Machine> {
+        &self.machine
+    }
+
     /// Opens the line from within the process. The port can be read and written in either way,
     /// blocking or awaiting.
     pub fn connect(&self) -> Pending<MemoryPort> {
@@ -163,6 +168,17 @@ impl Control {
     /// The controller's time.
     pub fn now(&self) -> Pending<Time> {
         self.handle.now()
+    }
+
+    /// How its time passes.
+    pub fn clock(&self) -> Pending<Clock> {
+        self.handle.clock()
+    }
+
+    /// Lets time pass at another speed from now on, such as `8x` after `real`: from one clock that
+    /// runs by itself to another.
+    pub fn set_clock(&self, clock: Clock) -> Pending<()> {
+        self.handle.set_clock(clock)
     }
 
     /// Moves time forward, with the clocks that do not run by themselves.

@@ -1,0 +1,484 @@
+//! What the routes do: each is a method of the library, or a few.
+
+use std::pin::pin;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use vimc4::device::OwnedInput;
+use vimc4::{
+    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
+    Scenario, ScenarioNumber, Sort, Source, Step, Time, Verb, parse_duration,
+};
+
+use crate::call::{Answer, Call, Outcome, no_such};
+use crate::entry;
+use crate::limits::{BREAKPOINTS, PAGE, SNAPSHOTS};
+use crate::problem::{Kind, Problem};
+use crate::served::Kept;
+
+// --- the server ---
+
+pub(crate) async fn server(call: Call) -> Outcome {
+    Answer::json(&json!({
+        "name": "virtual IMC4",
+        "version": env!("CARGO_PKG_VERSION"),
+        "controllers": call.app.controllers.len(),
+        "token": call.app.token.is_some(),
+    }))
+}
+
+pub(crate) async fn models(_: Call) -> Outcome {
+    Answer::json(&vimc4::models())
+}
+
+pub(crate) async fn model(call: Call) -> Outcome {
+    let name = call.path.get("name").map_or("", String::as_str);
+    Ok(Answer::Text(vimc4::model_profile(name)?.to_owned()))
+}
+
+pub(crate) async fn machines(_: Call) -> Outcome {
+    Answer::json(&vimc4::machines())
+}
+
+pub(crate) async fn machine(call: Call) -> Outcome {
+    let name = call.path.get("name").map_or("", String::as_str);
+    Ok(Answer::Text(vimc4::machine_profile(name)?.to_owned()))
+}
+
+pub(crate) async fn quit(call: Call) -> Outcome {
+    order_end(&call);
+    done(&Effect::Something)
+}
+
+/// Has the program end, by a task of its own: in this thread that has its turn when the connection has
+/// written the answer.
+fn order_end(call: &Call) {
+    let quit = Arc::clone(&call.app.quit);
+    tokio::spawn(async move { quit.notify_one() });
+}
+
+// --- controllers ---
+
+pub(crate) async fn controllers(call: Call) -> Outcome {
+    let about = call.app.controllers.iter().map(|served| &served.about);
+    Answer::json(&about.collect::<Vec<_>>())
+}
+
+pub(crate) async fn controller(call: Call) -> Outcome {
+    Answer::json(&call.controller()?.about)
+}
+
+pub(crate) async fn its_model(call: Call) -> Outcome {
+    Answer::json(call.controller()?.control.model())
+}
+
+pub(crate) async fn its_machine(call: Call) -> Outcome {
+    Answer::json(&**call.controller()?.control.machine())
+}
+
+pub(crate) async fn view(call: Call) -> Outcome {
+    Answer::json(&call.controller()?.control.view().await?)
+}
+
+pub(crate) async fn position(call: Call) -> Outcome {
+    // Not shared with others: it is to show what the asker has done just before.
+    let view = call.controller()?.control.view().await?;
+    let axes = view.axes.iter().map(|axis| (axis.name.clone(), axis.position.into()));
+    let axes: serde_json::Map<String, Value> = axes.collect();
+    Answer::json(&json!({ "at": view.at, "axes": axes }))
+}
+
+pub(crate) async fn signals(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    let (signals, view) = (control.signals(), control.view());
+    let (signals, view) = (signals.await?, view.await?);
+    let signals = signals.iter().map(|signal| {
+        let mut row = serde_json::to_value(signal).unwrap_or_default();
+        row["value"] = view.signal(&signal.name).into();
+        row
+    });
+    Answer::json(&signals.collect::<Vec<_>>())
+}
+
+pub(crate) async fn set_signal(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    let name = call.path.get("name").map_or("", String::as_str);
+    let effect = match call.body.get("value") {
+        Some(Value::String(position)) => control.turn(name, position),
+        value => {
+            let value = value.and_then(Value::as_i64).unwrap_or_default();
+            let value = i32::try_from(value).map_err(|_| {
+                Problem::new(
+                    Kind::NotUnderstood,
+                    format!("`{name}` cannot be {value}"),
+                    "ask for the list of signals, which has their values",
+                )
+            })?;
+            control.set_signal(name, value)
+        }
+    };
+    done(&effect.await?)
+}
+
+pub(crate) async fn send(call: Call) -> Outcome {
+    let bytes: Result<Vec<u8>, char> =
+        call.text("send").chars().map(|c| u8::try_from(c).map_err(|_| c)).collect();
+    let bytes = bytes.map_err(|wrong| {
+        Problem::new(
+            Kind::NotUnderstood,
+            format!("`{wrong}` is no byte"),
+            "every character stands for the byte of its number: use those up to U+00FF",
+        )
+    })?;
+    call.controller()?.control.inject(OwnedInput::Bytes(bytes.into())).await?;
+    done(&Effect::Something)
+}
+
+// --- orders ---
+
+pub(crate) async fn verbs(call: Call) -> Outcome {
+    call.controller()?;
+    let verbs = Verb::all().map(|verb| {
+        let sort = match verb.sort() {
+            Sort::Deed => "deed",
+            Sort::Time => "time",
+            Sort::Question => "question",
+            Sort::Prompt => "prompt",
+        };
+        let forms = verb.forms().iter();
+        let forms = forms.map(|form| json!({ "typed": verb.typed(form), "about": form.about }));
+        json!({ "verb": verb.name(), "sort": sort, "forms": forms.collect::<Vec<_>>() })
+    });
+    Answer::json(&verbs.collect::<Vec<_>>())
+}
+
+pub(crate) async fn order(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let text = match Order::read(call.text("order"), &call.app.names)? {
+        None => String::new(),
+        Some(Order::Quit) => {
+            order_end(&call);
+            "ok".to_owned()
+        }
+        Some(Order::Advance(span)) => {
+            arrived(&call, |control| control.advance(span)).await?.text("now")
+        }
+        Some(Order::RunUntil(condition)) => {
+            let what = if condition == Condition::Idle { "idle at" } else { "there at" };
+            arrived(&call, |control| control.run_until(condition)).await?.text(what)
+        }
+        Some(order) => served.control.give(&order).await?,
+    };
+    Answer::json(&json!({ "text": text }))
+}
+
+pub(crate) async fn completions(call: Call) -> Outcome {
+    call.controller()?;
+    let line = call.query.get("line").map_or("", String::as_str);
+    let ways = call.app.names.complete(line).into_iter();
+    let ways = ways.map(|way| json!({ "line": way.line, "about": way.about }));
+    Answer::json(&ways.collect::<Vec<_>>())
+}
+
+// --- time ---
+
+pub(crate) async fn clock(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    let (now, clock, paused) = (control.now(), control.clock(), control.paused());
+    let (now, clock, paused) = (now.await?, clock.await?, paused.await?);
+    let paused = paused.as_ref().map(as_json);
+    Answer::json(&json!({ "now": now, "clock": clock.to_string(), "paused": paused }))
+}
+
+fn as_json(Pause { at, by, breakpoints }: &Pause) -> Value {
+    let by = by.as_ref().map(Source::to_string);
+    json!({ "at": at, "by": by, "breakpoints": breakpoints })
+}
+
+pub(crate) async fn set_clock(call: Call) -> Outcome {
+    call.controller()?.control.set_clock(call.text("clock").parse()?).await?;
+    clock(call).await
+}
+
+pub(crate) async fn advance(call: Call) -> Outcome {
+    let span = parse_duration(call.text("span"))?;
+    Answer::json(&arrived(&call, |control| control.advance(span)).await?.json())
+}
+
+pub(crate) async fn run_until(call: Call) -> Outcome {
+    let condition = call.app.names.read(call.text("condition"))?;
+    Answer::json(&arrived(&call, |control| control.run_until(condition)).await?.json())
+}
+
+/// A journey ends with whoever waits for it.
+struct Escorted(Journey);
+
+impl Drop for Escorted {
+    fn drop(&mut self) {
+        self.0.cancel();
+    }
+}
+
+/// Where a journey has led to, or what has ended it.
+enum Arrival {
+    There(Time),
+    Paused(Pause),
+}
+
+impl Arrival {
+    fn json(&self) -> Value {
+        match self {
+            Arrival::There(now) => json!({ "now": now }),
+            Arrival::Paused(pause) => json!({ "now": pause.at, "paused": as_json(pause) }),
+        }
+    }
+
+    /// As an order answers, which says by `what` that it has arrived.
+    fn text(&self, what: &str) -> String {
+        match self {
+            Arrival::There(now) => format!("{what} {now}"),
+            Arrival::Paused(pause) => format!("paused at {}", pause.at),
+        }
+    }
+}
+
+/// Waits until time is there, or is paused on the way: whoever asked could not let it go on while they
+/// wait.
+async fn arrived(
+    call: &Call,
+    set_out: impl FnOnce(&Control) -> Journey,
+) -> Result<Arrival, Problem> {
+    let control = &call.controller()?.control;
+    let _room = call.app.journey()?;
+    // Asked before: what is asked later has its turn when time has arrived.
+    if control.paused().await?.is_some() {
+        return Err(ControlError::Paused.into());
+    }
+    let mut journey = Escorted(set_out(control));
+    tokio::select! {
+        biased;
+        now = pin!(&mut journey.0) => Ok(Arrival::There(now?)),
+        pause = control.until_paused() => Ok(Arrival::Paused(pause?)),
+    }
+}
+
+pub(crate) async fn cancel(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    control.cancel_all();
+    Answer::json(&json!({ "now": control.now().await? }))
+}
+
+pub(crate) async fn pause(call: Call) -> Outcome {
+    Answer::json(&json!({ "now": call.controller()?.control.pause().await? }))
+}
+
+pub(crate) async fn resume(call: Call) -> Outcome {
+    Answer::json(&json!({ "now": call.controller()?.control.resume().await? }))
+}
+
+pub(crate) async fn step(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    let (step, now) = (control.step(), control.now());
+    let step = match step.await? {
+        Step::Cause => "cause",
+        Step::Input => "input",
+        Step::Time => "time",
+        Step::Rest => "rest",
+    };
+    Answer::json(&json!({ "step": step, "now": now.await? }))
+}
+
+// --- breakpoints ---
+
+pub(crate) async fn breakpoints(call: Call) -> Outcome {
+    let points = call.controller()?.control.breakpoints().await?;
+    let points = points.iter().map(|point| {
+        let condition = call.app.names.write(&point.condition).to_string();
+        json!({ "id": point.id, "condition": condition, "met": point.met })
+    });
+    Answer::json(&points.collect::<Vec<_>>())
+}
+
+pub(crate) async fn add_breakpoint(call: Call) -> Outcome {
+    let control = &call.controller()?.control;
+    let condition = call.app.names.read(call.text("condition"))?;
+    if control.breakpoints().await?.len() >= BREAKPOINTS {
+        let detail = format!("there are {BREAKPOINTS} breakpoints already");
+        return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
+    }
+    Answer::json(&json!({ "id": control.break_when(condition).await? }))
+}
+
+pub(crate) async fn remove_breakpoint(call: Call) -> Outcome {
+    let id: u64 = call.number("id", "breakpoint")?;
+    match call.controller()?.control.remove_breakpoint(BreakpointId(id)).await? {
+        true => done(&Effect::Something),
+        false => Err(no_such("breakpoint", &id.to_string())),
+    }
+}
+
+// --- snapshots ---
+
+pub(crate) async fn snapshots(call: Call) -> Outcome {
+    let kept = call.controller()?.snapshots.kept();
+    let list = kept.iter().map(|(id, kept)| json!({ "id": id, "name": kept.name, "at": kept.at }));
+    Answer::json(&list.collect::<Vec<_>>())
+}
+
+pub(crate) async fn take_snapshot(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let (at, snapshot) = (served.control.now(), served.control.snapshot());
+    let (at, snapshot) = (at.await?, snapshot.await?);
+    if served.snapshots.kept().len() >= SNAPSHOTS {
+        let detail = format!("there are {SNAPSHOTS} snapshots already");
+        return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
+    }
+    let name = call.text("name").to_owned();
+    let id = served.snapshots.keep(Kept { name: name.clone(), at, snapshot });
+    Answer::json(&json!({ "id": id, "name": name, "at": at }))
+}
+
+pub(crate) async fn restore_snapshot(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let id: u64 = call.number("id", "snapshot")?;
+    let kept = served.snapshots.kept().get(&id).cloned();
+    let Some(kept) = kept else { return Err(no_such("snapshot", &id.to_string())) };
+    let (restored, now) = (served.control.restore(&kept.snapshot), served.control.now());
+    restored.await?;
+    Answer::json(&json!({ "now": now.await? }))
+}
+
+pub(crate) async fn remove_snapshot(call: Call) -> Outcome {
+    let id: u64 = call.number("id", "snapshot")?;
+    match call.controller()?.snapshots.kept().remove(&id) {
+        Some(_) => done(&Effect::Something),
+        None => Err(no_such("snapshot", &id.to_string())),
+    }
+}
+
+// --- faults and rules ---
+
+pub(crate) async fn faults(call: Call) -> Outcome {
+    let faults = call.controller()?.control.faults().await?;
+    let list = faults.iter().map(|view| {
+        let fault = call.app.names.write_fault(&view.fault);
+        let (number, stage, struck) = (view.number, view.stage, view.struck);
+        json!({ "number": number, "fault": fault, "stage": stage, "struck": struck })
+    });
+    Answer::json(&list.collect::<Vec<_>>())
+}
+
+pub(crate) async fn begin_fault(call: Call) -> Outcome {
+    let fault = call.app.names.read_fault(call.text("fault"))?;
+    Answer::json(&json!({ "number": call.controller()?.control.fault(fault).await? }))
+}
+
+pub(crate) async fn end_fault(call: Call) -> Outcome {
+    let number = FaultNumber(call.number("number", "fault")?);
+    let control = &call.controller()?.control;
+    if !control.faults().await?.iter().any(|view| view.number == number) {
+        return Err(no_such("fault", &number.0.to_string()));
+    }
+    done(&control.end_fault(number).await?)
+}
+
+pub(crate) async fn end_faults(call: Call) -> Outcome {
+    done(&call.controller()?.control.end_faults().await?)
+}
+
+pub(crate) async fn rules(call: Call) -> Outcome {
+    let rules = call.controller()?.control.rules().await?;
+    let list = rules.iter().map(|view| {
+        json!({
+            "scenario": view.id.scenario,
+            "place": view.id.place,
+            "name": view.id.name,
+            "rule": call.app.names.write_rule(&view.rule),
+            "stage": view.stage,
+            "acted": view.acted,
+        })
+    });
+    Answer::json(&list.collect::<Vec<_>>())
+}
+
+pub(crate) async fn begin_rules(call: Call) -> Outcome {
+    let lines = call.text("rules").lines().map(str::trim).filter(|line| !line.is_empty());
+    let rules = lines.map(|line| call.app.names.read_rule(line)).collect::<Result<Vec<_>, _>>()?;
+    if rules.is_empty() {
+        let remedy = "write one in each line, such as `when x > 1000: press stop`";
+        return Err(Problem::new(Kind::NotUnderstood, "there are no rules", remedy));
+    }
+    let number = call.controller()?.control.scenario(Scenario { rules }).await?;
+    Answer::json(&json!({ "scenario": number }))
+}
+
+pub(crate) async fn end_scenario(call: Call) -> Outcome {
+    let number = ScenarioNumber(call.number("scenario", "scenario")?);
+    let control = &call.controller()?.control;
+    if !control.rules().await?.iter().any(|view| view.id.scenario == number) {
+        return Err(no_such("scenario", &number.0.to_string()));
+    }
+    done(&control.end_scenario(number).await?)
+}
+
+pub(crate) async fn end_scenarios(call: Call) -> Outcome {
+    done(&call.controller()?.control.end_scenarios().await?)
+}
+
+pub(crate) async fn reset(call: Call) -> Outcome {
+    done(&call.controller()?.control.reset().await?)
+}
+
+// --- what happened ---
+
+pub(crate) async fn journal(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let (after, limit) = (call.asked("after", 0)?, call.asked("limit", 200)?);
+    let kinds = call.query.get("kinds").map(String::as_str);
+    let kinds = kinds.map(|kinds| kinds.split(',').collect::<Vec<_>>());
+    if let Some(wrong) = kinds.iter().flatten().find(|kind| !is_kind(kind)) {
+        return Err(unknown_kind(wrong));
+    }
+    let search = call.query.get("search").map(|search| search.to_lowercase());
+    // What was sent before is there first.
+    served.control.now().await?;
+    let part = served.feed.after(after, usize::MAX);
+    let wanted = part.items.iter().filter(|item| {
+        let fits = kinds.as_ref().is_none_or(|kinds| kinds.contains(&entry::kind(&item.report)));
+        let found = |search: &String| item.json(&call.app.names).to_lowercase().contains(search);
+        fits && search.as_ref().is_none_or(found)
+    });
+    let entries: Vec<_> = wanted.take(limit.min(PAGE)).collect();
+    let next = match entries.last() {
+        Some(last) if entries.len() == limit.min(PAGE) => last.number,
+        _ => part.last.max(after),
+    };
+    let entries: Vec<&str> = entries.iter().map(|item| item.json(&call.app.names)).collect();
+    Ok(Answer::Json(format!(
+        r#"{{"first":{},"last":{},"next":{next},"entries":[{}]}}"#,
+        part.first,
+        part.last,
+        entries.join(",")
+    )))
+}
+
+pub(crate) fn is_kind(name: &str) -> bool {
+    entry::KINDS.iter().any(|(kind, _)| *kind == name)
+}
+
+pub(crate) fn unknown_kind(name: &str) -> Problem {
+    let known: Vec<&str> = entry::KINDS.iter().map(|(kind, _)| *kind).collect();
+    Problem::new(
+        Kind::NotUnderstood,
+        format!("there is no kind of entry `{name}`"),
+        format!("there are {}", known.join(", ")),
+    )
+}
+
+/// What came of a deed.
+fn done(effect: &Effect) -> Outcome {
+    Answer::json(&match effect {
+        Effect::Something => json!({ "effect": "something" }),
+        Effect::Nothing { why } => json!({ "effect": "nothing", "why": why }),
+    })
+}

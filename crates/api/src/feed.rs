@@ -1,0 +1,191 @@
+//! What happened at a controller, numbered, as far back as it is kept.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use tokio::sync::Notify;
+use vimc4::{CommandNumber, Deed, Event, Kinds, Motion, News, Report, Sink, Wants, What};
+
+use crate::limits::HISTORY;
+
+/// So many commands that are not answered yet are remembered, for their answers.
+const UNANSWERED: usize = 64;
+
+/// What happened at a controller. The controller writes, and whoever asks reads: nothing is put into
+/// words or JSON before somebody does.
+#[derive(Debug)]
+pub(crate) struct Feed {
+    kept: Mutex<Kept>,
+    bell: Arc<Bell>,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    items: VecDeque<Arc<Item>>,
+    /// The number of the last one.
+    last: u64,
+    /// The last commands.
+    begun: VecDeque<(CommandNumber, Arc<Item>)>,
+    /// The motion that has begun, or its last change.
+    course: Option<Arc<Item>>,
+}
+
+/// One thing that happened.
+#[derive(Debug)]
+pub(crate) struct Item {
+    /// Its number, from 1.
+    pub(crate) number: u64,
+    pub(crate) report: Report,
+    /// What a command means, in words.
+    pub(crate) means: Box<str>,
+    /// The command that it belongs to.
+    pub(crate) command: Option<Arc<Item>>,
+    /// The motion that it changes or ends.
+    pub(crate) course: Option<Arc<Item>>,
+    /// It as JSON, once somebody has asked for it.
+    pub(crate) json: OnceLock<Box<str>>,
+}
+
+/// Rings when something has happened anywhere, if anybody listens.
+#[derive(Debug, Default)]
+pub(crate) struct Bell {
+    listeners: AtomicUsize,
+    rings: Notify,
+}
+
+/// Somebody who wants to hear the bell.
+#[derive(Debug)]
+pub(crate) struct Listener(Arc<Bell>);
+
+impl Bell {
+    pub(crate) fn listen(self: &Arc<Bell>) -> Listener {
+        self.listeners.fetch_add(1, Ordering::AcqRel);
+        Listener(Arc::clone(self))
+    }
+
+    /// Resolves when something has happened since the last time.
+    pub(crate) async fn rung(&self) {
+        self.rings.notified().await;
+    }
+
+    fn ring(&self) {
+        if self.listeners.load(Ordering::Acquire) > 0 {
+            self.rings.notify_one();
+        }
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.0.listeners.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// Some of what is kept.
+#[derive(Debug)]
+pub(crate) struct Part {
+    /// The number of the oldest entry that is kept, or of the next that comes.
+    pub(crate) first: u64,
+    /// The number of the latest.
+    pub(crate) last: u64,
+    pub(crate) items: Vec<Arc<Item>>,
+}
+
+impl Feed {
+    pub(crate) fn new(bell: Arc<Bell>) -> Arc<Feed> {
+        Arc::new(Feed { kept: Mutex::default(), bell })
+    }
+
+    /// Where the controller writes.
+    pub(crate) fn sink(self: &Arc<Feed>) -> Ear {
+        Ear(Arc::clone(self))
+    }
+
+    /// What is kept is whole at any time, so a panic elsewhere is no reason to stop.
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// At most so many entries after the one of this number, oldest first.
+    pub(crate) fn after(&self, number: u64, most: usize) -> Part {
+        let kept = self.kept();
+        let first = kept.last + 1 - kept.items.len() as u64;
+        let skip = usize::try_from((number + 1).saturating_sub(first)).unwrap_or(usize::MAX);
+        let items = kept.items.iter().skip(skip).take(most).cloned().collect();
+        Part { first, last: kept.last, items }
+    }
+
+    /// The number of the latest entry, and whether something moves.
+    pub(crate) fn state(&self) -> (u64, bool) {
+        let kept = self.kept();
+        (kept.last, kept.course.is_some())
+    }
+}
+
+/// The sink of a feed.
+#[derive(Debug)]
+pub(crate) struct Ear(Arc<Feed>);
+
+impl Sink for Ear {
+    fn wants(&self) -> Wants {
+        Wants { kinds: Kinds::ALL, ..Wants::default() }
+    }
+
+    fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
+        let means = match &report.what {
+            What::Event { event: Event::Command { bytes, .. }, .. } => explain(bytes),
+            What::News(News::Deed { deed: Deed::Byte(byte), .. }) => explain(&[*byte]),
+            _ => String::new(),
+        };
+        let mut kept = self.0.kept();
+        kept.keep(report.clone(), means.into());
+        drop(kept);
+        self.0.bell.ring();
+    }
+}
+
+impl Kept {
+    fn keep(&mut self, report: Report, means: Box<str>) {
+        let of = match &report.what {
+            What::Event { command, .. } => *command,
+            _ => None,
+        };
+        let command = of.and_then(|of| {
+            self.begun.iter().rev().find(|(number, _)| *number == of).map(|(_, item)| item)
+        });
+        let motion = match report.event() {
+            Some(Event::Motion(motion)) => Some(motion),
+            _ => None,
+        };
+        let course = match motion {
+            Some(Motion::Changes { .. } | Motion::Ends { .. }) => self.course.clone(),
+            _ => None,
+        };
+        self.last += 1;
+        let (number, command) = (self.last, command.cloned());
+        let item = Item { number, report, means, command, course, json: OnceLock::new() };
+        let item = Arc::new(item);
+        match item.report.event() {
+            Some(Event::Command { .. }) => {
+                if self.begun.len() >= UNANSWERED {
+                    self.begun.pop_front();
+                }
+                self.begun.extend(of.map(|of| (of, Arc::clone(&item))));
+            }
+            Some(Event::Motion(Motion::Begins { .. } | Motion::Changes { .. })) => {
+                self.course = Some(Arc::clone(&item));
+            }
+            Some(Event::Motion(Motion::Ends { .. })) => self.course = None,
+            _ => {}
+        }
+        if let Some(News::Deed { deed: Deed::Restore, .. }) = item.report.news() {
+            // It stands at another moment now, of which nothing is known.
+            (self.course, self.begun) = (None, VecDeque::new());
+        }
+        if self.items.len() >= HISTORY {
+            self.items.pop_front();
+        }
+        self.items.push_back(item);
+    }
+}

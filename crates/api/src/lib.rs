@@ -1,0 +1,47 @@
+//! The control API: see and steer running controllers over HTTP, with JSON and a WebSocket.
+//!
+//! Every [route](https://spec.openapis.org/oas/v3.1.0) is a method of the library, or an order of
+//! standard input in the same words: there is no second language. The table of the routes is the
+//! one source of the router, of the OpenAPI document and of the page that people read.
+//!
+//! A [`Server`] has a thread of its own. What happens at a controller is put into words and JSON
+//! there, and only when somebody asks; the controller's thread keeps it and no more.
+//!
+//! ```
+//! use std::io::{Read, Write};
+//! use std::net::TcpStream;
+//! use vimc4::{Clock, Emulator};
+//! use vimc4_api::{Place, Server};
+//!
+//! # #[tokio::main(flavor = "current_thread")]
+//! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let emulators = [Emulator::builder().time(Clock::Manual).start()?];
+//! let server = Server::start(Place::take("127.0.0.1:0", None)?, &emulators).await?;
+//!
+//! let mut client = TcpStream::connect(server.address())?;
+//! let host = server.address();
+//! write!(client, "GET /v1 HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")?;
+//! let mut answer = String::new();
+//! client.read_to_string(&mut answer)?;
+//! assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
+//! # Ok(())
+//! # }
+//! ```
+#![forbid(unsafe_code)]
+
+mod acts;
+mod call;
+mod document;
+mod entry;
+mod events;
+mod feed;
+mod files;
+mod guard;
+mod limits;
+mod problem;
+mod served;
+mod server;
+mod table;
+
+pub use guard::Token;
+pub use server::{Place, Server, ServerError};

@@ -1,0 +1,79 @@
+//! How much anybody may ask for.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The largest body of a request, bytes.
+pub(crate) const BODY: usize = 64 * 1024;
+
+/// The largest message of a client on a WebSocket, bytes.
+pub(crate) const MESSAGE: usize = 16 * 1024;
+
+/// So many connections are open at once; further ones wait.
+pub(crate) const CONNECTIONS: usize = 256;
+
+/// So many of them may be WebSockets.
+pub(crate) const SOCKETS: usize = 64;
+
+/// So many requests, of all clients together, are taken in a second.
+pub(crate) const REQUESTS: u32 = 2_000;
+
+/// So many requests may wait for time to pass.
+pub(crate) const JOURNEYS: usize = 100;
+
+/// So many entries of what happened are kept for each controller.
+pub(crate) const HISTORY: usize = 10_000;
+
+/// So many entries are sent at once.
+pub(crate) const PAGE: usize = 1_000;
+
+/// So many snapshots are kept for each controller.
+pub(crate) const SNAPSHOTS: usize = 100;
+
+/// So many breakpoints can be set.
+pub(crate) const BREAKPOINTS: usize = 1_000;
+
+/// So many positions a second may be asked for.
+pub(crate) const POSITIONS: u32 = 60;
+
+/// How long a client has to say on a WebSocket what it wants, and to take what it is sent.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Lets so many pass in a second, and as many at once after a rest.
+#[derive(Debug)]
+pub(crate) struct Rate(Mutex<(f64, Option<Instant>)>);
+
+impl Rate {
+    pub(crate) fn new() -> Rate {
+        Rate(Mutex::new((f64::from(REQUESTS), None)))
+    }
+
+    /// Whether one more may pass at this moment.
+    pub(crate) fn passes(&self, now: Instant) -> bool {
+        let mut rate = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (left, last) = *rate;
+        let rest = last.map_or(Duration::ZERO, |last| now.saturating_duration_since(last));
+        let most = f64::from(REQUESTS);
+        let left = (left + rest.as_secs_f64() * most).min(most);
+        let passes = left >= 1.0;
+        *rate = (if passes { left - 1.0 } else { left }, Some(now));
+        passes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn so_many_pass_in_a_second_and_no_more() {
+        let (rate, begin) = (Rate::new(), Instant::now());
+        let at = |millis| begin + Duration::from_millis(millis);
+        let passed = |millis| (0..3 * REQUESTS).filter(|_| rate.passes(at(millis))).count();
+        assert_eq!(passed(0), REQUESTS as usize);
+        assert_eq!(passed(0), 0);
+        assert_eq!(passed(500), REQUESTS as usize / 2);
+        // A long rest counts for no more than a second.
+        assert_eq!(passed(9_000), REQUESTS as usize);
+    }
+}

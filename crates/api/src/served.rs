@@ -1,0 +1,189 @@
+//! The controllers that are served.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use serde_json::{Value, json};
+use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
+use vimc4::{Control, Emulator, Error, LengthUnit, Names, Snapshot, Time, View};
+
+use crate::feed::{Bell, Feed};
+use crate::guard::Token;
+use crate::limits::{JOURNEYS, Rate, SOCKETS};
+use crate::problem::{Kind, Problem};
+
+/// Everything that requests are about.
+#[derive(Debug)]
+pub(crate) struct App {
+    pub(crate) controllers: Vec<Served>,
+    /// Those of all controllers, which are of one model.
+    pub(crate) names: Names,
+    pub(crate) token: Option<Token>,
+    pub(crate) rate: Rate,
+    pub(crate) sockets: Arc<Semaphore>,
+    pub(crate) journeys: Semaphore,
+    pub(crate) bell: Arc<Bell>,
+    /// Changes a moment after something has happened.
+    pub(crate) news: watch::Sender<()>,
+    /// Somebody wants the program to end.
+    pub(crate) quit: Arc<Notify>,
+}
+
+/// One controller, as requests have it.
+#[derive(Debug)]
+pub(crate) struct Served {
+    pub(crate) control: Control,
+    pub(crate) feed: Arc<Feed>,
+    /// What does not change.
+    pub(crate) about: Value,
+    pub(crate) snapshots: Snapshots,
+    position: Turn<Option<(Instant, Arc<Position>)>>,
+}
+
+/// Where the axes are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Position {
+    pub(crate) at: Time,
+    pub(crate) activity: vimc4::Activity,
+    pub(crate) positions: Vec<i64>,
+    pub(crate) carriage: Vec<i64>,
+    /// µHz.
+    pub(crate) speed: Vec<i64>,
+}
+
+impl Position {
+    fn of(view: &View) -> Position {
+        let each = |what: fn(&vimc4::AxisView) -> i64| view.axes.iter().map(what).collect();
+        Position {
+            at: view.at,
+            activity: view.activity,
+            positions: each(|axis| axis.position),
+            carriage: each(|axis| axis.carriage),
+            speed: each(|axis| axis.speed),
+        }
+    }
+
+    /// Whether it differs in more than the time.
+    pub(crate) fn differs(&self, other: &Position) -> bool {
+        *self != Position { at: self.at, ..other.clone() }
+    }
+}
+
+/// The states that somebody wanted to go back to.
+#[derive(Debug, Default)]
+pub(crate) struct Snapshots {
+    kept: Mutex<BTreeMap<u64, Kept>>,
+    last: AtomicU64,
+}
+
+/// One of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Kept {
+    pub(crate) name: String,
+    pub(crate) at: Time,
+    pub(crate) snapshot: Snapshot,
+}
+
+impl Snapshots {
+    pub(crate) fn kept(&self) -> MutexGuard<'_, BTreeMap<u64, Kept>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn keep(&self, kept: Kept) -> u64 {
+        let id = self.last.fetch_add(1, Ordering::Relaxed) + 1;
+        self.kept().insert(id, kept);
+        id
+    }
+}
+
+impl App {
+    /// Lets all controllers be watched from now on.
+    pub(crate) async fn of(
+        emulators: &[Emulator],
+        token: Option<Token>,
+        quit: Arc<Notify>,
+    ) -> Result<App, Error> {
+        let bell = Arc::new(Bell::default());
+        let mut controllers = Vec::new();
+        let mut names = Names::default();
+        for (number, emulator) in (1..).zip(emulators) {
+            let control = emulator.control().by("the API");
+            if number == 1 {
+                names = control.names().await?;
+            }
+            let feed = Feed::new(Arc::clone(&bell));
+            control.watch(feed.sink()).await?;
+            let about = about(number, emulator, &control, &names);
+            let (snapshots, position) = (Snapshots::default(), Turn::default());
+            controllers.push(Served { control, feed, about, snapshots, position });
+        }
+        Ok(App {
+            controllers,
+            names,
+            token,
+            rate: Rate::new(),
+            sockets: Arc::new(Semaphore::new(SOCKETS)),
+            journeys: Semaphore::new(JOURNEYS),
+            bell,
+            news: watch::Sender::new(()),
+            quit,
+        })
+    }
+
+    /// Room for one more who waits for time to pass.
+    pub(crate) fn journey(&self) -> Result<tokio::sync::SemaphorePermit<'_>, Problem> {
+        self.journeys.try_acquire().map_err(|_| {
+            Problem::new(
+                Kind::TooMany,
+                format!("{JOURNEYS} requests wait for time to pass already"),
+                "POST to clock/cancel, which gives them up",
+            )
+        })
+    }
+}
+
+impl Served {
+    /// Where the axes are, no longer than this ago: however many ask, the controller is asked once.
+    pub(crate) async fn position(&self, age: Duration) -> Result<Arc<Position>, Problem> {
+        let mut last = self.position.lock().await;
+        if let Some((taken, position)) = &*last
+            && taken.elapsed() < age
+        {
+            return Ok(Arc::clone(position));
+        }
+        let position = Arc::new(Position::of(&self.control.view().await?));
+        *last = Some((Instant::now(), Arc::clone(&position)));
+        Ok(position)
+    }
+}
+
+fn about(number: usize, emulator: &Emulator, control: &Control, names: &Names) -> Value {
+    let model = control.model();
+    let axes = (0_u8..).zip(model.axis_names()).map(|(axis, name)| {
+        let scale = names.scale(axis).map(|scale| {
+            let unit = match scale.unit {
+                LengthUnit::Micrometre => "µm",
+                LengthUnit::Degree => "°",
+            };
+            json!({ "steps": scale.steps, "units": scale.units, "unit": unit })
+        });
+        json!({ "index": axis, "name": name, "scale": scale })
+    });
+    json!({
+        "number": number,
+        "model": model.name(),
+        "title": model.title(),
+        "family": model.family().name(),
+        "maker": model.family().maker(),
+        "machine": control.machine().name,
+        "axes": axes.collect::<Vec<_>>(),
+        "pty": emulator.port().map(|path| path.display().to_string()),
+        "tcp": emulator.tcp_addr().map(|address| address.to_string()),
+        "rfc2217": emulator.rfc2217_addr().map(|address| address.to_string()),
+        "serial": emulator.serial(),
+        "recorded": emulator.recording().is_some(),
+    })
+}

@@ -1,0 +1,380 @@
+//! The server: it listens, lets in who may, and answers.
+
+use std::io;
+use std::net::{SocketAddr, TcpListener as Bound};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{FromRequestParts, Query, RawPathParams, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::IntoResponse;
+use axum::routing::{MethodFilter, get, on};
+use axum::serve::Listener;
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::runtime;
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
+use vimc4::Emulator;
+
+use crate::call::{Answer, Call, body, query};
+use crate::document;
+use crate::events;
+use crate::files::FILES;
+use crate::guard::{Token, has_token, is_from_here};
+use crate::limits::{BODY, CONNECTIONS, MESSAGE};
+use crate::problem::{Kind, Problem};
+use crate::served::App;
+use crate::table::{Route, TABLE};
+
+/// How long things that happen are collected before those who watch are told.
+const ROUND: Duration = Duration::from_millis(20);
+
+/// A server that answers until the program ends.
+#[derive(Debug)]
+pub struct Server {
+    address: SocketAddr,
+    quit: Arc<Notify>,
+}
+
+/// Why there is no server.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ServerError {
+    /// Others could drive the machines.
+    #[error(
+        "{0} is open to everybody who reaches this computer; set VIMC4_HTTP_TOKEN or give a file \
+         with --http-token, or listen at 127.0.0.1"
+    )]
+    Open(SocketAddr),
+    /// The address is taken, or is not of this computer.
+    #[error("cannot listen at {address}: {source}; choose another port, or 0 for a free one")]
+    Listen {
+        /// The address.
+        address: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The system provides no thread or no event queue.
+    #[error("cannot start the API: {0}; the limit of threads or open files may be too low")]
+    Start(io::Error),
+    /// A controller has ended.
+    #[error(transparent)]
+    Controller(#[from] vimc4::Error),
+}
+
+/// An address at which the server will listen.
+#[derive(Debug)]
+pub struct Place {
+    listener: Bound,
+    address: SocketAddr,
+    token: Option<Token>,
+}
+
+impl Place {
+    /// Takes an address, such as `127.0.0.1:8080`; port 0 is a free one.
+    ///
+    /// # Errors
+    ///
+    /// If it is not to be had, or other computers reach it and there is no token.
+    pub fn take(address: &str, token: Option<Token>) -> Result<Place, ServerError> {
+        let failed = |source| ServerError::Listen { address: address.to_owned(), source };
+        let listener = Bound::bind(address).map_err(failed)?;
+        let taken = listener.local_addr().map_err(failed)?;
+        if token.is_none() && !taken.ip().to_canonical().is_loopback() {
+            return Err(ServerError::Open(taken));
+        }
+        listener.set_nonblocking(true).map_err(failed)?;
+        Ok(Place { listener, address: taken, token })
+    }
+}
+
+impl Server {
+    /// Serves these controllers, in a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// If there is no thread to be had, or a controller has ended.
+    pub async fn start(place: Place, emulators: &[Emulator]) -> Result<Server, ServerError> {
+        let Place { listener, address, token } = place;
+        let quit = Arc::new(Notify::new());
+        let app = Arc::new(App::of(emulators, token, Arc::clone(&quit)).await?);
+        let runtime = runtime::Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(ServerError::Start)?;
+        let serve = move || {
+            runtime.block_on(async {
+                let Ok(listener) = TcpListener::from_std(listener) else { return };
+                let room = Arc::new(Semaphore::new(CONNECTIONS));
+                tokio::spawn(tell(Arc::clone(&app)));
+                let service = router(app);
+                // It goes on until the program ends.
+                let _ = axum::serve(Door { listener, room }, service).await;
+            });
+        };
+        let thread = thread::Builder::new().name("api".to_owned()).spawn(serve);
+        thread.map_err(ServerError::Start)?;
+        Ok(Server { address, quit })
+    }
+
+    /// Where it listens, with the port that was picked.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Where people look at it.
+    #[must_use]
+    pub fn url(&self) -> String {
+        format!("http://{}/", self.address)
+    }
+
+    /// Resolves when somebody has ordered the end.
+    pub async fn told_to_quit(&self) {
+        self.quit.notified().await;
+    }
+}
+
+/// Tells those who watch that something has happened, not for each single thing.
+async fn tell(app: Arc<App>) {
+    loop {
+        app.bell.rung().await;
+        app.news.send_replace(());
+        tokio::time::sleep(ROUND).await;
+    }
+}
+
+// --- connections ---
+
+/// Lets in so many.
+struct Door {
+    listener: TcpListener,
+    room: Arc<Semaphore>,
+}
+
+/// One who was let in.
+struct Guest {
+    stream: TcpStream,
+    _room: OwnedSemaphorePermit,
+}
+
+impl Listener for Door {
+    type Io = Guest;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> (Guest, SocketAddr) {
+        loop {
+            // It is never closed.
+            let Ok(room) = Arc::clone(&self.room).acquire_owned().await else {
+                std::future::pending::<()>().await;
+                continue;
+            };
+            let (stream, address) = Listener::accept(&mut self.listener).await;
+            // Small answers are not to wait for more.
+            let _ = stream.set_nodelay(true);
+            return (Guest { stream, _room: room }, address);
+        }
+    }
+
+    fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+}
+
+impl AsyncRead for Guest {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_read(cx, buffer)
+    }
+}
+
+impl AsyncWrite for Guest {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(cx, bytes)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(cx)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(cx)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bytes: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write_vectored(cx, bytes)
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+}
+
+// --- requests ---
+
+fn router(app: Arc<App>) -> Router {
+    let mut router = Router::new();
+    for route in TABLE {
+        let Ok(filter) = MethodFilter::try_from(route.method.clone()) else { continue };
+        let answer =
+            move |State(app): State<Arc<App>>, request: Request| answer(app, route, request);
+        router = router.route(route.path, on(filter, answer));
+    }
+    let openapi = document::openapi().to_string();
+    let page = document::page();
+    let html = "text/html; charset=utf-8";
+    router = router
+        .route("/v1/openapi.json", get(async || fixed("application/json", openapi)))
+        .route("/v1/docs", get(async || fixed(html, page)))
+        .route("/v1/events", get(watch));
+    for (path, kind, bytes) in FILES {
+        router = router.route(path, get(async || fixed(kind, *bytes)));
+    }
+    router
+        .method_not_allowed_fallback(wrong_method)
+        .fallback(nothing)
+        .layer(from_fn_with_state(Arc::clone(&app), let_in))
+        .with_state(app)
+}
+
+/// What anybody may read.
+fn is_public(path: &str) -> bool {
+    !path.starts_with("/v1") || path == "/v1/docs" || path == "/v1/openapi.json"
+}
+
+/// Lets in who may, and tells browsers what the answer may be used for.
+async fn let_in(State(app): State<Arc<App>>, request: Request, next: Next) -> Response<Body> {
+    let mut response = match refusal(&app, &request) {
+        Some(problem) => problem.into_response(),
+        None => next.run(request).await,
+    };
+    for (name, value) in [
+        ("x-content-type-options", "nosniff"),
+        ("referrer-policy", "no-referrer"),
+        ("cross-origin-resource-policy", "same-origin"),
+        ("cross-origin-opener-policy", "same-origin"),
+        (
+            "content-security-policy",
+            "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; \
+             connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        ),
+        ("cache-control", "no-store"),
+    ] {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn refusal(app: &App, request: &Request) -> Option<Problem> {
+    let (headers, uri) = (request.headers(), request.uri());
+    if !app.rate.passes(Instant::now()) {
+        let remedy = "wait a moment; for what happens as it happens there is /v1/events";
+        return Some(Problem::new(Kind::TooMany, "too many requests in a second", remedy));
+    }
+    if let Err(problem) = is_from_here(headers, uri, app.token.is_some()) {
+        return Some(problem);
+    }
+    match &app.token {
+        // A browser cannot send the header with a WebSocket: the first message has it.
+        Some(token) if !is_public(uri.path()) && uri.path() != "/v1/events" => {
+            has_token(headers, token).err()
+        }
+        _ => None,
+    }
+}
+
+async fn answer(app: Arc<App>, route: &'static Route, request: Request) -> Response<Body> {
+    match take(app, route, request).await {
+        Ok(Answer::Json(text)) => fixed("application/json", text),
+        Ok(Answer::Text(text)) => fixed("text/plain; charset=utf-8", text),
+        Err(problem) => problem.into_response(),
+    }
+}
+
+async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<Answer, Problem> {
+    let (mut parts, content) = request.into_parts();
+    let path = RawPathParams::from_request_parts(&mut parts, &()).await.map_err(|_| {
+        Problem::new(Kind::WrongRequest, "the address is no UTF-8", "write it as %XX of UTF-8")
+    })?;
+    let path = path.iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
+    let Query(pairs) = Query::try_from_uri(&parts.uri).map_err(|_| {
+        let remedy = "write NAME=VALUE, several with & between them";
+        Problem::new(
+            Kind::WrongRequest,
+            "what is behind the question mark is not understood",
+            remedy,
+        )
+    })?;
+    let query = query(route.query, pairs)?;
+    let bytes = to_bytes(content, BODY).await.map_err(|_| {
+        let detail = format!("the body has more than {BODY} bytes, or has broken off");
+        Problem::new(Kind::TooLarge, detail, "send less")
+    })?;
+    let body = body(route.body, is_json(&parts.headers), &bytes)?;
+    (route.run)(Call { app, path, query, body }).await
+}
+
+fn is_json(headers: &HeaderMap) -> bool {
+    let said = headers.get(header::CONTENT_TYPE).and_then(|said| said.to_str().ok());
+    let kind = said.map(|said| said.split(';').next().unwrap_or_default().trim());
+    kind.is_some_and(|kind| kind.eq_ignore_ascii_case("application/json"))
+}
+
+fn fixed(kind: &'static str, body: impl Into<Body>) -> Response<Body> {
+    let mut response = Response::new(body.into());
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
+    response
+}
+
+async fn watch(
+    State(app): State<Arc<App>>,
+    headers: HeaderMap,
+    upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
+) -> Response<Body> {
+    let Ok(upgrade) = upgrade else {
+        let remedy = "connect with a WebSocket, as in new WebSocket(\"ws://…/v1/events\")";
+        let problem = Problem::new(Kind::WrongRequest, "this is a WebSocket", remedy);
+        return problem.into_response();
+    };
+    let has_token = app.token.as_ref().is_none_or(|token| has_token(&headers, token).is_ok());
+    upgrade
+        .max_message_size(MESSAGE)
+        .max_frame_size(MESSAGE)
+        .on_upgrade(move |socket| events::talk(socket, app, has_token))
+}
+
+async fn nothing(request: Request) -> Problem {
+    let detail = format!("there is nothing at {}", request.uri().path());
+    Problem::new(Kind::NoSuchThing, detail, "/v1/docs lists all that there is")
+}
+
+async fn wrong_method(request: Request) -> Response<Body> {
+    let (method, path) = (request.method(), request.uri().path());
+    let known: Vec<&str> = document::methods_of(path).iter().map(|known| known.as_str()).collect();
+    let known = if known.is_empty() { "GET".to_owned() } else { known.join(", ") };
+    let remedy = format!("it takes {known}");
+    let mut response = Problem::new(Kind::WrongMethod, format!("{path} takes no {method}"), remedy)
+        .into_response();
+    debug_assert_eq!(response.status(), StatusCode::METHOD_NOT_ALLOWED);
+    if let Ok(allow) = HeaderValue::from_str(&known) {
+        response.headers_mut().insert(header::ALLOW, allow);
+    }
+    response
+}

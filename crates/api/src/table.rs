@@ -1,0 +1,124 @@
+//! The routes: one table. The router is made from it, the document and the page.
+
+use axum::http::Method;
+
+use crate::acts;
+use crate::call::{Call, Coming, Field, Of};
+
+/// A route.
+pub(crate) struct Route {
+    pub(crate) method: Method,
+    pub(crate) path: &'static str,
+    pub(crate) about: &'static str,
+    /// What may stand behind the question mark.
+    pub(crate) query: &'static [Field],
+    /// The fields of the body.
+    pub(crate) body: &'static [Field],
+    /// The name of the schema of what is answered.
+    pub(crate) answer: &'static str,
+    pub(crate) run: fn(Call) -> Coming,
+}
+
+const NONE: &[Field] = &[];
+
+const ORDER: &[Field] = &[Field::needed("order", Of::Text, "as on standard input", "press stop")];
+const VALUE: &[Field] =
+    &[Field::needed("value", Of::Value, "a number, or the name of a switch's position", "1")];
+const LINE: &[Field] = &[Field::needed("line", Of::Text, "the line so far", "press ")];
+const SEND: &[Field] = &[Field::needed("send", Of::Text, "bytes, a character for each", "@07\r")];
+const CLOCK: &[Field] = &[Field::needed("clock", Of::Text, "real, or a factor such as 8x", "8x")];
+const SPAN: &[Field] = &[Field::needed("span", Of::Text, "how far, with a unit", "250ms")];
+const CONDITION: &[Field] =
+    &[Field::needed("condition", Of::Text, "as behind `run until`", "x > 2500")];
+const NAME: &[Field] = &[Field::optional("name", Of::Text, "what it is called", "before")];
+const FAULT: &[Field] =
+    &[Field::needed("fault", Of::Text, "as behind `fault`", "drop to-host once")];
+const RULES: &[Field] =
+    &[Field::needed("rules", Of::Text, "one in each line", "when x > 1000: press stop")];
+const PAGE: &[Field] = &[
+    Field::optional("after", Of::Number, "only entries behind this number", "0"),
+    Field::optional("limit", Of::Number, "no more of them, 1,000 at most", "200"),
+    Field::optional("kinds", Of::Text, "only entries of these kinds", "command,answer"),
+    Field::optional("search", Of::Text, "only entries with this text in them", "@0A"),
+];
+
+macro_rules! routes {
+    ($($method:ident $path:literal $query:ident $body:ident $answer:literal $run:ident $about:literal;)+) => {
+        /// All routes, in the order of the page.
+        pub(crate) static TABLE: &[Route] = &[$(Route {
+            method: Method::$method,
+            path: $path,
+            about: $about,
+            query: $query,
+            body: $body,
+            answer: $answer,
+            run: |call| Box::pin(acts::$run(call)),
+        }),+];
+    };
+}
+
+routes! {
+    GET "/v1" NONE NONE "Server" server
+        "What this is, how many controllers there are, and whether it needs a token";
+    GET "/v1/models" NONE NONE "Names" models "The names of the built-in models";
+    GET "/v1/models/{name}" NONE NONE "Profile" model "The profile of a built-in model, as TOML";
+    GET "/v1/machines" NONE NONE "Names" machines "The names of the built-in machines";
+    GET "/v1/machines/{name}" NONE NONE "Profile" machine "The profile of a built-in machine, as TOML";
+    GET "/v1/controllers" NONE NONE "Controllers" controllers "The controllers that run, and where";
+    GET "/v1/controllers/{n}" NONE NONE "Controller" controller "One of them, by its number from 1";
+    GET "/v1/controllers/{n}/model" NONE NONE "Object" its_model "The profile of its model";
+    GET "/v1/controllers/{n}/machine" NONE NONE "Object" its_machine "The profile of its machine";
+    GET "/v1/controllers/{n}/view" NONE NONE "View" view
+        "Everything that is visible: positions, speeds, signals, ports, program, what it will do";
+    GET "/v1/controllers/{n}/position" NONE NONE "Position" position
+        "The step counters of its axes";
+    GET "/v1/controllers/{n}/signals" NONE NONE "Signals" signals
+        "What can be pressed, turned and set, with its present value";
+    PUT "/v1/controllers/{n}/signals/{name}" NONE VALUE "Done" set_signal "Set a signal";
+    GET "/v1/controllers/{n}/orders" NONE NONE "Verbs" verbs "The orders that there are";
+    POST "/v1/controllers/{n}/orders" NONE ORDER "Said" order
+        "Give an order, in the words of standard input";
+    GET "/v1/controllers/{n}/completions" LINE NONE "Completions" completions
+        "What can follow an order that has been begun";
+    POST "/v1/controllers/{n}/line" NONE SEND "Done" send
+        "Send bytes to the controller, as its host does; answers are in the journal";
+    GET "/v1/controllers/{n}/clock" NONE NONE "Clock" clock
+        "The time, how it passes, and whether and why it is paused";
+    PUT "/v1/controllers/{n}/clock" NONE CLOCK "Clock" set_clock
+        "Let time pass at another speed, where it passes by itself";
+    POST "/v1/controllers/{n}/clock/advance" NONE SPAN "Now" advance
+        "Move time forward, with the clocks manual and instant";
+    POST "/v1/controllers/{n}/clock/run-until" NONE CONDITION "Now" run_until
+        "Let time pass until a condition holds, or time is paused; given up with the connection";
+    POST "/v1/controllers/{n}/clock/cancel" NONE NONE "Now" cancel
+        "Give up all that waits for time to pass";
+    POST "/v1/controllers/{n}/clock/pause" NONE NONE "Now" pause "Let time stand still";
+    POST "/v1/controllers/{n}/clock/resume" NONE NONE "Now" resume "Let time go on";
+    POST "/v1/controllers/{n}/clock/step" NONE NONE "Step" step
+        "Do the next thing only, while time is paused";
+    GET "/v1/controllers/{n}/breakpoints" NONE NONE "Breakpoints" breakpoints "The breakpoints";
+    POST "/v1/controllers/{n}/breakpoints" NONE CONDITION "Breakpoint" add_breakpoint
+        "Pause time whenever a condition becomes true";
+    DELETE "/v1/controllers/{n}/breakpoints/{id}" NONE NONE "Done" remove_breakpoint
+        "Remove a breakpoint";
+    GET "/v1/controllers/{n}/journal" PAGE NONE "Journal" journal
+        "What happened, numbered and oldest first; `next` goes on from there as `after`";
+    GET "/v1/controllers/{n}/faults" NONE NONE "Faults" faults "The faults that there are";
+    POST "/v1/controllers/{n}/faults" NONE FAULT "Fault" begin_fault "Something goes wrong";
+    DELETE "/v1/controllers/{n}/faults" NONE NONE "Done" end_faults "All faults end";
+    DELETE "/v1/controllers/{n}/faults/{number}" NONE NONE "Done" end_fault "A fault ends";
+    GET "/v1/controllers/{n}/rules" NONE NONE "Rules" rules "The rules that there are";
+    POST "/v1/controllers/{n}/rules" NONE RULES "Scenario" begin_rules
+        "Let things happen as rules say: a scenario";
+    DELETE "/v1/controllers/{n}/rules" NONE NONE "Done" end_scenarios "All scenarios end";
+    DELETE "/v1/controllers/{n}/rules/{scenario}" NONE NONE "Done" end_scenario "A scenario ends";
+    POST "/v1/controllers/{n}/reset" NONE NONE "Done" reset "All scenarios and all faults end";
+    GET "/v1/controllers/{n}/snapshots" NONE NONE "Snapshots" snapshots "The snapshots";
+    POST "/v1/controllers/{n}/snapshots" NONE NAME "Snapshot" take_snapshot
+        "Keep the present state";
+    POST "/v1/controllers/{n}/snapshots/{id}/restore" NONE NONE "Now" restore_snapshot
+        "Go back to a state, its time included";
+    DELETE "/v1/controllers/{n}/snapshots/{id}" NONE NONE "Done" remove_snapshot
+        "Forget a snapshot";
+    POST "/v1/quit" NONE NONE "Done" quit "End the program, as `quit` does";
+}

@@ -1,0 +1,755 @@
+//! The server, asked through raw sockets.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test fails where anything does")]
+
+use std::cmp::Reverse;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::Duration;
+
+use serde_json::{Map, Value, json};
+use vimc4::{Clock, Emulator};
+use vimc4_api::{Place, Server, ServerError, Token};
+
+/// A server with its controllers.
+struct Served {
+    address: SocketAddr,
+    emulators: Vec<Emulator>,
+    _server: Server,
+}
+
+const TOKEN: &str = "0123456789abcdef";
+
+fn serve(clock: Clock, count: usize, token: Option<&str>) -> Served {
+    let builder = || Emulator::builder().machine("mill").time(clock).record(false);
+    let emulators: Vec<Emulator> = (0..count).map(|_| builder().start().unwrap()).collect();
+    let token = token.map(|token| Token::new(token).unwrap());
+    let place = Place::take("127.0.0.1:0", token).unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let server = runtime.block_on(Server::start(place, &emulators)).unwrap();
+    Served { address: server.address(), emulators, _server: server }
+}
+
+/// An answer, taken apart.
+#[derive(Debug)]
+struct Answer {
+    status: u16,
+    headers: Vec<(String, String)>,
+    body: String,
+}
+
+impl Answer {
+    fn json(&self) -> Value {
+        serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.body))
+    }
+
+    fn header(&self, name: &str) -> Option<&str> {
+        self.headers.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
+    }
+}
+
+fn read(reader: &mut impl BufRead) -> Answer {
+    let line = |reader: &mut dyn BufRead| {
+        let mut line = String::new();
+        reader.read_line(&mut line).unwrap();
+        line.trim_end().to_owned()
+    };
+    let first = line(reader);
+    let status = first.split(' ').nth(1).unwrap_or_else(|| panic!("{first:?}")).parse().unwrap();
+    let mut headers = Vec::new();
+    loop {
+        let header = line(reader);
+        let Some((name, value)) = header.split_once(':') else { break };
+        headers.push((name.to_lowercase(), value.trim().to_owned()));
+    }
+    let length = headers.iter().find(|(name, _)| name == "content-length");
+    let mut body = vec![0; length.map_or(0, |(_, length)| length.parse().unwrap())];
+    reader.read_exact(&mut body).unwrap();
+    Answer { status, headers, body: String::from_utf8(body).unwrap() }
+}
+
+impl Served {
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    /// A request as it is sent, with a host and the length of its body.
+    fn raw(&self, method: &str, path: &str, headers: &str, body: &str) -> Answer {
+        let mut stream = self.connect();
+        let host = match headers.contains("Host:") {
+            true => String::new(),
+            false => format!("Host: {}\r\n", self.address),
+        };
+        let length = match body.is_empty() {
+            true => String::new(),
+            false => format!("Content-Length: {}\r\n", body.len()),
+        };
+        write!(stream, "{method} {path} HTTP/1.1\r\n{host}{headers}{length}\r\n{body}").unwrap();
+        read(&mut BufReader::new(stream))
+    }
+
+    fn get(&self, path: &str) -> Answer {
+        self.raw("GET", path, "", "")
+    }
+
+    fn send(&self, method: &str, path: &str, body: &Value) -> Answer {
+        let body = if body.is_null() { String::new() } else { body.to_string() };
+        self.raw(method, path, "Content-Type: application/json\r\n", &body)
+    }
+
+    fn watch(&self, headers: &str) -> Watcher {
+        let mut stream = self.connect();
+        write!(
+            stream,
+            "GET /v1/events HTTP/1.1\r\nHost: {}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+             Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+             {headers}\r\n",
+            self.address
+        )
+        .unwrap();
+        let mut reader = BufReader::new(stream.try_clone().unwrap());
+        let answer = read(&mut reader);
+        assert_eq!(answer.status, 101, "{answer:?}");
+        assert_eq!(answer.header("sec-websocket-accept"), Some("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="));
+        Watcher { stream, reader }
+    }
+}
+
+/// The far end of a WebSocket.
+struct Watcher {
+    stream: TcpStream,
+    reader: BufReader<TcpStream>,
+}
+
+impl Watcher {
+    fn frame(&mut self, first: u8, bytes: &[u8]) {
+        let mut frame = vec![first];
+        match bytes.len() {
+            length @ 0..126 => frame.push(0x80 | u8::try_from(length).unwrap()),
+            length => {
+                frame.push(0x80 | 126);
+                frame.extend(u16::try_from(length).unwrap().to_be_bytes());
+            }
+        }
+        // A mask of zeros leaves everything as it is.
+        frame.extend([0; 4]);
+        frame.extend(bytes);
+        self.stream.write_all(&frame).unwrap();
+    }
+
+    fn say(&mut self, wish: &Value) {
+        self.frame(0x81, wish.to_string().as_bytes());
+    }
+
+    /// The next message; `None` when it was closed.
+    fn next(&mut self) -> Option<Value> {
+        let mut head = [0; 2];
+        self.reader.read_exact(&mut head).ok()?;
+        let length = match head[1] {
+            126 => {
+                let mut length = [0; 2];
+                self.reader.read_exact(&mut length).unwrap();
+                u64::from(u16::from_be_bytes(length))
+            }
+            127 => {
+                let mut length = [0; 8];
+                self.reader.read_exact(&mut length).unwrap();
+                u64::from_be_bytes(length)
+            }
+            length => u64::from(length),
+        };
+        let mut bytes = vec![0; usize::try_from(length).unwrap()];
+        self.reader.read_exact(&mut bytes).unwrap();
+        (head[0] == 0x81).then(|| serde_json::from_slice(&bytes).unwrap())
+    }
+
+    /// The next message of this type.
+    fn next_of(&mut self, kind: &str) -> Value {
+        loop {
+            let message = self.next().unwrap_or_else(|| panic!("closed before {kind}"));
+            if message["type"] == kind {
+                return message;
+            }
+        }
+    }
+
+    /// The next entries, until one is of this kind.
+    fn entries_until(&mut self, kind: &str) -> Vec<Value> {
+        let mut entries = Vec::new();
+        while !entries.iter().any(|entry: &Value| entry["kind"] == kind) {
+            entries.extend(self.next_of("events")["entries"].as_array().unwrap().iter().cloned());
+        }
+        entries
+    }
+}
+
+fn host_says(emulator: &Emulator, commands: &str) {
+    let mut port = emulator.connect().unwrap();
+    port.write_all(commands.as_bytes()).unwrap();
+    emulator.now().unwrap();
+}
+
+// --- what it can do ---
+
+#[test]
+fn orders_are_those_of_standard_input() {
+    let served = serve(Clock::Manual, 2, None);
+    let order = |number: usize, order: &str| {
+        served.send("POST", &format!("/v1/controllers/{number}/orders"), &json!({ "order": order }))
+    };
+    assert_eq!(order(1, "cover open").json(), json!({ "text": "ok" }));
+    assert_eq!(served.emulators[0].view().unwrap().signal("cover"), Some(0));
+    assert_eq!(served.emulators[1].view().unwrap().signal("cover"), Some(1));
+    assert_eq!(order(1, "cover closed").status, 200);
+    let wrong = order(1, "cover shut");
+    assert_eq!(wrong.status, 422);
+    assert_eq!(wrong.header("content-type"), Some("application/problem+json"));
+    assert_eq!(
+        wrong.json(),
+        json!({
+            "type": "/v1/docs#not-understood",
+            "title": "The words, the name or the value mean nothing to this controller",
+            "status": 422,
+            "detail": "`cover shut` is wrong at `shut`: `cover` cannot be `shut`",
+            "remedy": "it can be open or closed",
+        })
+    );
+    host_says(&served.emulators[0], "@07\r@0A5000,900,0,900,0,900,0,900\r");
+    assert_eq!(
+        order(1, "run until x 2500").json()["text"].as_str().unwrap().split(' ').next(),
+        Some("there")
+    );
+    assert_eq!(order(1, "position").json()["text"], "X 2500 Y 0 Z 0 A 0");
+    assert_eq!(order(3, "position").status, 404);
+    assert_eq!(order(1, "").json(), json!({ "text": "" }));
+}
+
+#[test]
+fn time_is_led() {
+    let served = serve(Clock::Manual, 1, None);
+    let post =
+        |path: &str, body: Value| served.send("POST", &format!("/v1/controllers/1{path}"), &body);
+    assert_eq!(
+        post("/clock/advance", json!({ "span": "250ms" })).json(),
+        json!({ "now": 250_000_000 })
+    );
+    assert_eq!(post("/clock/run-until", json!({ "condition": "x > 1" })).status, 409);
+    assert_eq!(post("/clock/run-until", json!({ "condition": "x >" })).status, 422);
+    assert_eq!(
+        post("/line", json!({ "send": "@07\r@0A5000,900,0,900,0,900,0,900\r" })).status,
+        200
+    );
+    assert_eq!(post("/clock/run-until", json!({ "condition": "x > 100" })).status, 200);
+    let position = served.get("/v1/controllers/1/position").json();
+    assert_eq!(position["axes"]["X"], 101);
+    assert_eq!(post("/clock/run-until", json!({ "condition": "idle" })).status, 200);
+    assert_eq!(served.emulators[0].position().unwrap(), [5_000, 0, 0, 0]);
+    // What does not run by itself has no speed.
+    let speed = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "8x" }));
+    assert_eq!(speed.status, 409);
+    assert_eq!(post("/clock/step", Value::Null).status, 409);
+
+    let served = serve(Clock::Real, 1, None);
+    let post = |path: &str| served.send("POST", &format!("/v1/controllers/1{path}"), &Value::Null);
+    let clock = || served.get("/v1/controllers/1/clock").json();
+    let speed = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "1000x" }));
+    assert_eq!(speed.json()["clock"], "1000x");
+    assert_eq!(clock()["paused"], Value::Null);
+    assert_eq!(post("/clock/pause").status, 200);
+    let paused = clock();
+    assert_eq!(paused["paused"]["by"], "the API");
+    assert_eq!(paused["now"], clock()["now"]);
+    assert_eq!(post("/clock/step").json()["step"], "rest");
+    assert_eq!(post("/clock/resume").status, 200);
+    assert_eq!(clock()["paused"], Value::Null);
+    // A journey that nobody waits for any more is given up: there is room for more than are let in.
+    for _ in 0..150 {
+        let mut stream = served.connect();
+        let body = json!({ "condition": "x > 5" }).to_string();
+        write!(
+            stream,
+            "POST /v1/controllers/1/clock/run-until HTTP/1.1\r\nHost: {}\r\nContent-Type: \
+             application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            served.address,
+            body.len()
+        )
+        .unwrap();
+    }
+    let idle = json!({ "condition": "idle" });
+    let has_room = |_| {
+        std::thread::sleep(Duration::from_millis(50));
+        served.send("POST", "/v1/controllers/1/clock/run-until", &idle).status == 200
+    };
+    assert!((0..600).any(has_room));
+}
+
+#[test]
+fn states_faults_rules_and_breakpoints_come_and_go() {
+    let served = serve(Clock::Manual, 1, None);
+    let at = |path: &str| format!("/v1/controllers/1{path}");
+    let post = |path: &str, body: Value| served.send("POST", &at(path), &body);
+    let delete = |path: &str| served.send("DELETE", &at(path), &Value::Null);
+    let list = |path: &str| served.get(&at(path)).json();
+
+    let kept = post("/snapshots", json!({ "name": "before" })).json();
+    assert_eq!(kept, json!({ "id": 1, "name": "before", "at": 0 }));
+    assert_eq!(post("/clock/advance", json!({ "span": "1s" })).status, 200);
+    assert_eq!(post("/snapshots/1/restore", Value::Null).json(), json!({ "now": 0 }));
+    assert_eq!(list("/snapshots"), json!([kept]));
+    assert_eq!(delete("/snapshots/1").json(), json!({ "effect": "something" }));
+    assert_eq!(delete("/snapshots/1").status, 404);
+    assert_eq!(post("/snapshots/x/restore", Value::Null).status, 404);
+
+    assert_eq!(
+        post("/faults", json!({ "fault": "drop to-host once" })).json(),
+        json!({ "number": 1 })
+    );
+    assert_eq!(list("/faults")[0]["fault"], "drop to-host once");
+    assert_eq!(delete("/faults/1").status, 200);
+    assert_eq!((list("/faults"), delete("/faults/1").status), (json!([]), 404));
+    assert_eq!(post("/faults", json!({ "fault": "drop everything" })).status, 422);
+
+    let rules = json!({ "rules": "when x > 1000: press stop\nat 2s: power off" });
+    assert_eq!(post("/rules", rules).json(), json!({ "scenario": 1 }));
+    assert_eq!(list("/rules").as_array().unwrap().len(), 2);
+    assert_eq!(list("/rules")[0]["rule"], "when x > 1000: press stop");
+    assert_eq!(delete("/rules/1").status, 200);
+    assert_eq!(post("/rules", json!({ "rules": "\n" })).status, 422);
+    assert_eq!(post("/reset", Value::Null).status, 200);
+
+    let id = post("/breakpoints", json!({ "condition": "x = 100" })).json()["id"].clone();
+    assert_eq!(list("/breakpoints"), json!([{ "id": id, "condition": "x = 100", "met": 0 }]));
+    host_says(&served.emulators[0], "@07\r@0A5000,900,0,900,0,900,0,900\r");
+    let met = post("/clock/advance", json!({ "span": "10s" })).json();
+    assert_eq!(met["paused"], list("/clock")["paused"]);
+    assert_eq!(post("/clock/advance", json!({ "span": "10s" })).status, 409);
+    assert_eq!(list("/clock")["paused"]["breakpoints"], json!([id]));
+    assert_eq!(served.emulators[0].position().unwrap()[0], 100);
+    assert_eq!(delete(&format!("/breakpoints/{id}")).status, 200);
+    assert_eq!(delete(&format!("/breakpoints/{id}")).status, 404);
+    assert_eq!(post("/clock/resume", Value::Null).status, 200);
+
+    let signal = |name: &str, value: Value| {
+        served.send("PUT", &at(&format!("/signals/{name}")), &json!({ "value": value }))
+    };
+    assert_eq!(signal("cover", json!("open")).json(), json!({ "effect": "something" }));
+    assert_eq!(signal("cover", json!(0)).json()["effect"], "nothing");
+    assert_eq!(signal("limit%20x+", json!(1)).status, 200);
+    assert_eq!(signal("cover", json!("shut")).status, 422);
+    assert_eq!(signal("lid", json!(1)).status, 422);
+    let cover = list("/signals");
+    let cover = cover.as_array().unwrap().iter().find(|signal| signal["name"] == "cover");
+    assert_eq!(cover.unwrap()["value"], 0);
+}
+
+// --- what happened ---
+
+#[test]
+fn the_journal_is_read_in_pages() {
+    let served = serve(Clock::Instant, 1, None);
+    host_says(&served.emulators[0], "@07\r@0A5000,900,0,900,0,900,0,900\r@0x\r");
+    served.emulators[0].run_until_idle().unwrap();
+    let page = |query: &str| served.get(&format!("/v1/controllers/1/journal{query}"));
+    let all = page("").json();
+    let entries = all["entries"].as_array().unwrap();
+    let numbers: Vec<u64> = entries.iter().map(|entry| entry["number"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, (1..=all["last"].as_u64().unwrap()).collect::<Vec<_>>());
+    let of = |kind: &str| entries.iter().filter(|entry| entry["kind"] == kind).collect::<Vec<_>>();
+    assert_eq!(of("command")[1]["bytes"], "@0A5000,900,0,900,0,900,0,900");
+    assert_eq!(of("command")[1]["command"], of("answer")[1]["command"]);
+    assert_eq!(of("answer")[1]["text"], "0  after 5.6 s");
+    let motions = of("motion");
+    assert_eq!(motions[0]["motion"], "begins");
+    assert_eq!(motions[0]["mnemonic"], "@A");
+    assert_eq!(motions[0]["points"][1][0], 5_000);
+    assert_eq!((&motions[1]["motion"], &motions[1]["to"][0]), (&json!("ends"), &json!(5_000)));
+
+    let first = page("?limit=2").json();
+    assert_eq!((first["entries"].as_array().unwrap().len(), &first["next"]), (2, &json!(2)));
+    assert_eq!(page("?after=2&limit=1").json()["entries"][0], entries[2]);
+    let commands = page("?kinds=command&search=RELATIVE").json();
+    assert_eq!(commands["entries"].as_array().unwrap().len(), 1);
+    assert_eq!((page("?kinds=comand").status, page("?limit=x").status), (422, 400));
+    assert_eq!(page("?page=2").status, 400);
+    assert_eq!(page("?after=99999999").json()["entries"], json!([]));
+}
+
+#[test]
+fn what_was_missed_is_sent_again_and_what_is_gone_is_a_gap() {
+    let served = serve(Clock::Instant, 2, None);
+    let mut watcher = served.watch("");
+    watcher.say(&json!({}));
+    assert_eq!(
+        watcher.next_of("hello")["controllers"][1],
+        json!({ "number": 2, "first": 1, "last": 0 })
+    );
+    host_says(&served.emulators[1], "@07\r");
+    let entries = watcher.entries_until("answer");
+    assert!(entries.iter().any(|entry| entry["kind"] == "command"));
+    let last = entries.iter().filter_map(|entry| entry["number"].as_u64()).max().unwrap();
+    drop(watcher);
+
+    host_says(&served.emulators[1], "@0R1\r");
+    served.emulators[1].run_until_idle().unwrap();
+    let mut again = served.watch("");
+    again.say(&json!({ "controllers": [2], "kinds": ["command"], "after": { "2": last } }));
+    let entries = again.entries_until("command");
+    assert_eq!(entries.iter().map(|entry| &entry["mnemonic"]).collect::<Vec<_>>(), ["@R"]);
+
+    // Another wish of the same client: all, from the beginning, of which the oldest are gone.
+    for _ in 0..4 {
+        host_says(&served.emulators[1], &"@0P\r".repeat(2_000));
+    }
+    again.say(&json!({ "after": { "2": 0 } }));
+    let gap = again.next_of("gap");
+    let next = again.next_of("events")["entries"][0]["number"].clone();
+    assert_eq!(gap["from"], 1);
+    assert_eq!(gap["to"].as_u64().unwrap() + 1, next.as_u64().unwrap());
+}
+
+#[test]
+fn positions_are_the_latest() {
+    let served = serve(Clock::Manual, 1, None);
+    let mut watcher = served.watch("");
+    watcher.say(&json!({ "kinds": [], "positions": 1000 }));
+    assert_eq!(watcher.next_of("position")["positions"], json!([0, 0, 0, 0]));
+    host_says(&served.emulators[0], "@07\r@0A5000,900,0,900,0,900,0,900\r");
+    served.emulators[0].run_until(&vimc4::Condition::AxisAt { axis: 0, position: 2_500 }).unwrap();
+    loop {
+        let position = watcher.next_of("position");
+        if position["positions"][0] == 2_500 {
+            assert_eq!(
+                (&position["moving"], &position["activity"]),
+                (&json!(true), &json!("move"))
+            );
+            break;
+        }
+    }
+    served.emulators[0].run_until_idle().unwrap();
+    while watcher.next_of("position")["positions"][0] != 5_000 {}
+}
+
+#[test]
+fn wrong_wishes_are_answered_and_end_it() {
+    let served = serve(Clock::Manual, 1, None);
+    for wish in [
+        json!({ "controlers": [1] }),
+        json!({ "controllers": [2] }),
+        json!({ "controllers": [0] }),
+        json!({ "kinds": ["comand"] }),
+        json!({ "after": { "2": 1 } }),
+        json!([]),
+        json!("text"),
+    ] {
+        let mut watcher = served.watch("");
+        watcher.say(&wish);
+        let problem = watcher.next().unwrap_or_else(|| panic!("no answer to {wish}"));
+        assert_eq!(problem["type"], "problem", "{wish}");
+        assert!(problem["remedy"].is_string(), "{problem}");
+        assert_eq!(watcher.next(), None);
+    }
+    // What is no text, too long, or broken does no harm either.
+    for frame in [0x82, 0x80, 0x83, 0xFF] {
+        let mut watcher = served.watch("");
+        watcher.frame(frame, b"{}");
+        while watcher.next().is_some() {}
+    }
+    let mut watcher = served.watch("");
+    watcher.frame(0x81, &[b'['; 60_000]);
+    while watcher.next().is_some() {}
+    assert_eq!(served.get("/v1").status, 200);
+}
+
+// --- who may ---
+
+#[test]
+fn no_other_page_reads_or_drives() {
+    let served = serve(Clock::Manual, 1, None);
+    let own = served.address;
+    let order = json!({ "order": "cover open" }).to_string();
+    let json = "Content-Type: application/json\r\n";
+    for headers in [
+        "Host: rebind.example\r\n".to_owned(),
+        format!("Host: rebind.example:{}\r\n", own.port()),
+        "Origin: http://elsewhere.example\r\n".to_owned(),
+        format!("Origin: http://localhost:{}\r\n", own.port()),
+        "Origin: null\r\n".to_owned(),
+        "Sec-Fetch-Site: cross-site\r\n".to_owned(),
+        "Sec-Fetch-Site: same-site\r\n".to_owned(),
+    ] {
+        let answer = served.raw("GET", "/v1/controllers/1/view", &headers, "");
+        assert_eq!(answer.status, 403, "{headers}");
+        let path = "/v1/controllers/1/orders";
+        let answer = served.raw("POST", path, &format!("{headers}{json}"), &order);
+        assert_eq!(answer.status, 403, "{headers}");
+        assert!(answer.json()["remedy"].is_string());
+        let answer = served.raw(
+            "GET",
+            "/v1/events",
+            &format!(
+                "{headers}Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                 Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+            ),
+            "",
+        );
+        assert_eq!(answer.status, 403, "{headers}");
+        assert!(!answer.headers.iter().any(|(name, _)| name.starts_with("access-control")));
+    }
+    // A form can be sent without a script; it cannot say that it is JSON.
+    let form = "Content-Type: application/x-www-form-urlencoded\r\n";
+    assert_eq!(served.raw("POST", "/v1/controllers/1/orders", form, &order).status, 415);
+    assert_eq!(served.emulators[0].view().unwrap().signal("cover"), Some(1));
+    let own = format!("Origin: http://{own}\r\nSec-Fetch-Site: same-origin\r\n{json}");
+    assert_eq!(served.raw("POST", "/v1/controllers/1/orders", &own, &order).status, 200);
+    assert_eq!(served.raw("OPTIONS", "/v1", "", "").status, 405);
+}
+
+#[test]
+fn nobody_gets_in_without_the_token() {
+    let served = serve(Clock::Manual, 1, Some(TOKEN));
+    let get = |headers: &str| served.raw("GET", "/v1/controllers", headers, "");
+    let refused = get("");
+    assert_eq!(refused.status, 401);
+    assert_eq!(refused.header("www-authenticate"), Some("Bearer"));
+    assert_eq!(get("Authorization: Bearer 0123456789abcdeg\r\n").status, 401);
+    assert_eq!(served.get(&format!("/v1/controllers?token={TOKEN}")).status, 401);
+    assert_eq!(get(&format!("Authorization: Bearer {TOKEN}\r\n")).status, 200);
+    assert_eq!(served.get("/v1/quit").status, 401);
+    // What says how to ask is for everybody.
+    for path in ["/", "/v1/docs", "/v1/openapi.json"] {
+        assert_eq!(served.get(path).status, 200, "{path}");
+    }
+    let wish = |headers: &str, token: Option<&str>| {
+        let mut watcher = served.watch(headers);
+        watcher.say(&json!({ "token": token }));
+        watcher.next().unwrap()["type"].clone()
+    };
+    assert_eq!(wish("", None), "problem");
+    assert_eq!(wish("", Some("0123456789abcdeg")), "problem");
+    assert_eq!(wish("", Some(TOKEN)), "hello");
+    assert_eq!(wish(&format!("Authorization: Bearer {TOKEN}\r\n"), None), "hello");
+
+    let open = Place::take("0.0.0.0:0", None).err();
+    assert!(matches!(open, Some(ServerError::Open(_))), "{open:?}");
+    assert!(Place::take("0.0.0.0:0", Token::new(TOKEN).ok()).is_ok());
+    assert!(Place::take("nowhere", None).is_err());
+}
+
+#[test]
+fn too_much_is_refused_and_nonsense_does_no_harm() {
+    let served = serve(Clock::Manual, 1, None);
+    let large = format!("{{\"order\":\"{}\"}}", "x".repeat(70_000));
+    let answer = served.raw(
+        "POST",
+        "/v1/controllers/1/orders",
+        "Content-Type: application/json\r\n",
+        &large,
+    );
+    assert_eq!(answer.status, 413);
+    for body in
+        ["", "{", "[]", "null", "{\"order\":1}", "{\"order\":\"position\",\"x\":1}", "\u{0}"]
+    {
+        let answer = served.raw(
+            "POST",
+            "/v1/controllers/1/orders",
+            "Content-Type: application/json\r\n",
+            body,
+        );
+        assert_eq!(answer.status, 400, "{body}");
+        assert!(answer.json()["remedy"].as_str().unwrap().contains("press stop"), "{answer:?}");
+    }
+    for (method, path, status) in [
+        ("GET", "/nothing", 404),
+        ("GET", "/v1/../v1", 404),
+        ("GET", "/v1/controllers/0", 404),
+        ("GET", "/v1/controllers/99999999999999999999999", 404),
+        ("GET", "/v1/controllers/%FF", 400),
+        ("GET", "/v1/controllers/1/completions", 400),
+        ("GET", "/v1/models/..%2F..%2Fetc%2Fpasswd", 404),
+        ("GET", "/v1/machines/%2Fetc%2Fpasswd", 404),
+        ("DELETE", "/v1/controllers", 405),
+        ("POST", "/v1/controllers/1/view", 405),
+        ("GET", "/v1/events", 400),
+        ("HEAD", "/v1", 200),
+    ] {
+        let mut stream = served.connect();
+        write!(
+            stream,
+            "{method} {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n",
+            served.address
+        )
+        .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{method} {path}: {answer}");
+        assert!(
+            status == 200 || answer.contains("application/problem+json"),
+            "{method} {path}: {answer}"
+        );
+    }
+    for nonsense in
+        [&b"\0\0\0\0"[..], b"GET", b"\x16\x03\x01\x02\x00", b"GET / HTTP/9.9\r\n\r\n", b"\r\n\r\n"]
+    {
+        let mut stream = served.connect();
+        stream.write_all(nonsense).unwrap();
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        let _ = stream.read_to_end(&mut Vec::new());
+    }
+    assert_eq!(served.get("/v1").status, 200);
+}
+
+// --- what it says of itself ---
+
+/// Whether a value is what a schema says, as far as the schemas of this document go.
+fn fits(value: &Value, schema: &Value, all: &Value, place: &str) {
+    if let Some(name) = schema["$ref"].as_str() {
+        let name = name.strip_prefix("#/components/schemas/").unwrap();
+        return fits(value, &all[name], all, place);
+    }
+    let is = |kind: &str| match kind {
+        "object" => value.is_object(),
+        "array" => value.is_array(),
+        "string" => value.is_string(),
+        "integer" => value.is_i64() || value.is_u64(),
+        "boolean" => value.is_boolean(),
+        "null" => value.is_null(),
+        other => panic!("{place}: {other}"),
+    };
+    let right = match &schema["type"] {
+        Value::String(kind) => is(kind),
+        Value::Array(kinds) => kinds.iter().any(|kind| is(kind.as_str().unwrap())),
+        other => panic!("{place}: {other}"),
+    };
+    assert!(right, "{place} is {value}, and not {}", schema["type"]);
+    if let Some(words) = schema["enum"].as_array() {
+        assert!(words.contains(value), "{place} is {value}");
+    }
+    for name in schema["required"].as_array().into_iter().flatten() {
+        assert!(
+            value.is_null() || value.get(name.as_str().unwrap()).is_some(),
+            "{place}: no {name}"
+        );
+    }
+    for (name, own) in value.as_object().into_iter().flatten() {
+        let place = format!("{place}.{name}");
+        if let Some(schema) = schema["properties"].get(name) {
+            fits(own, schema, all, &place);
+        } else if schema["additionalProperties"].is_object() {
+            fits(own, &schema["additionalProperties"], all, &place);
+        } else if schema["properties"].is_object() && !place.contains("entries") {
+            panic!("{place} is in no schema");
+        }
+    }
+    if let Some(schema) = schema.get("items") {
+        for (number, own) in value.as_array().into_iter().flatten().enumerate() {
+            fits(own, schema, all, &format!("{place}[{number}]"));
+        }
+    }
+}
+
+/// A value that a schema gives as an example.
+fn example(schema: &Value) -> Value {
+    schema["examples"][0].clone()
+}
+
+/// Every route of the document is there, takes what the document says and no other field, and answers what
+/// the document says.
+#[test]
+fn the_document_says_what_is_so() {
+    let served = serve(Clock::Instant, 1, None);
+    host_says(&served.emulators[0], "@07\r@0A50,900,0,900,0,900,0,900\r");
+    let document = served.get("/v1/openapi.json").json();
+    assert_eq!(document["openapi"], "3.1.0");
+    let all = &document["components"]["schemas"];
+    let page = served.get("/v1/docs").body;
+    // What has to be there before it can be asked for or ended.
+    served.send("POST", "/v1/controllers/1/faults", &json!({ "fault": "drop to-host once" }));
+    served.send("POST", "/v1/controllers/1/rules", &json!({ "rules": "at 1h: press stop" }));
+    served.send("POST", "/v1/controllers/1/snapshots", &json!({}));
+    let point = json!({ "condition": "x > 5000000" });
+    let id = served.send("POST", "/v1/controllers/1/breakpoints", &point).json()["id"].clone();
+    let mut operations = Vec::new();
+    for (path, methods) in document["paths"].as_object().unwrap() {
+        for (method, operation) in methods.as_object().unwrap() {
+            operations.push((path.as_str(), method.to_uppercase(), operation));
+        }
+    }
+    // What there is is ended last, one before all.
+    operations.sort_by_key(|(path, method, _)| {
+        let ends = method == "DELETE";
+        (ends, ends.then_some(Reverse(path.len())), path.ends_with("/step"))
+    });
+    for (path, method, operation) in operations {
+        if path == "/v1/quit" {
+            continue;
+        }
+        let name = match path {
+            "/v1/models/{name}" => "imc4",
+            "/v1/machines/{name}" => "mill",
+            _ => "cover",
+        };
+        let id = if path.contains("breakpoints") { id.to_string() } else { "1".to_owned() };
+        let address = path.replace("{n}", "1").replace("{name}", name).replace("{id}", &id);
+        let mut address = address.replace("{number}", "1").replace("{scenario}", "1");
+        assert!(page.contains(&format!("<code>{path}</code>")), "{path}");
+        for parameter in operation["parameters"].as_array().unwrap() {
+            if parameter["in"] == "query" && parameter["required"] == true {
+                address.push_str(&format!("?{}=x", parameter["name"].as_str().unwrap()));
+            }
+        }
+        let schema = &operation["requestBody"]["content"]["application/json"]["schema"];
+        let fields = schema["properties"].as_object();
+        let mut body: Map<String, Value> = fields
+            .into_iter()
+            .flatten()
+            .map(|(name, schema)| (name.clone(), example(schema)))
+            .collect();
+        if path.ends_with("run-until") {
+            body.insert("condition".to_owned(), json!("idle"));
+        }
+        if method != "GET" {
+            let mut wrong = body.clone();
+            wrong.insert("else".to_owned(), json!(1));
+            assert_eq!(
+                served.send(&method, &address, &wrong.into()).status,
+                400,
+                "{method} {path}"
+            );
+            for name in schema["required"].as_array().into_iter().flatten() {
+                let mut wrong = body.clone();
+                wrong.remove(name.as_str().unwrap());
+                assert_eq!(
+                    served.send(&method, &address, &wrong.into()).status,
+                    400,
+                    "{method} {path}"
+                );
+            }
+        }
+        let paused = path.ends_with("/step") || path.ends_with("/resume");
+        if paused {
+            served.send("POST", "/v1/controllers/1/clock/pause", &Value::Null);
+        }
+        let body = if body.is_empty() { Value::Null } else { body.into() };
+        let answer = served.send(&method, &address, &body);
+        let place = format!("{method} {path}");
+        if (path.ends_with("/clock") && method == "PUT") || answer.status == 409 && !paused {
+            // An instant clock has no speed.
+            assert_eq!(answer.status, 409, "{place}: {answer:?}");
+            fits(&answer.json(), &all["Problem"], all, &place);
+            continue;
+        }
+        assert_eq!(answer.status, 200, "{place}: {answer:?}");
+        let content = operation["responses"]["200"]["content"].as_object().unwrap();
+        let (kind, content) = content.iter().next().unwrap();
+        assert!(answer.header("content-type").unwrap().starts_with(kind.as_str()), "{place}");
+        if kind == "application/json" {
+            fits(&answer.json(), &content["schema"], all, &place);
+        }
+        if path.ends_with("/clock/pause") {
+            served.send("POST", "/v1/controllers/1/clock/resume", &Value::Null);
+        }
+    }
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
+}

@@ -1,0 +1,66 @@
+//! The control API of `vimc4 serve`.
+
+use std::path::{Path, PathBuf};
+
+use vimc4::Emulator;
+use vimc4_api::{Place, Server, ServerError, Token};
+
+use crate::failure::Failure;
+
+/// Where the token may stand instead of in a file.
+const TOKEN: &str = "VIMC4_HTTP_TOKEN";
+
+/// Where `--web` listens.
+const HERE: &str = "127.0.0.1:0";
+
+#[derive(clap::Args)]
+// Other structures of options have the same name, and clap would make a group of each.
+#[group(skip)]
+pub(crate) struct Arguments {
+    /// Let programs and browsers see and steer the controllers over HTTP at this address, as docs/api.md
+    /// says; port 0 is a free one. Other computers need a token
+    #[arg(long, value_name = "ADDR", add = crate::completions::words(&["127.0.0.1:8080", "127.0.0.1:0"]))]
+    http: Option<String>,
+    /// The same for the browser of this computer: at 127.0.0.1, with a free port unless --http says one
+    #[arg(long)]
+    web: bool,
+    /// Let in only who has the token in this file, or in the environment variable VIMC4_HTTP_TOKEN
+    #[arg(long, value_name = "FILE")]
+    http_token: Option<PathBuf>,
+}
+
+/// The address at which the API will listen, if it is wanted: one that is not to be had is found before
+/// anything is started.
+pub(crate) fn place(arguments: &Arguments) -> Result<Option<Place>, Failure> {
+    let address = match (&arguments.http, arguments.web) {
+        (Some(address), _) => address,
+        (None, true) => HERE,
+        (None, false) if arguments.http_token.is_some() => {
+            return Err(Failure::usage("--http-token is for --http; give that, or --web, too"));
+        }
+        (None, false) => return Ok(None),
+    };
+    let token = token(arguments.http_token.as_deref())?;
+    Place::take(address, token).map(Some).map_err(Failure::usage)
+}
+
+fn token(file: Option<&Path>) -> Result<Option<Token>, Failure> {
+    let text = match (file, std::env::var(TOKEN)) {
+        (Some(file), _) => std::fs::read_to_string(file).map_err(|error| {
+            Failure::usage(format!(
+                "cannot read the token in {}: {error}; name a file that has nothing else in it",
+                file.display()
+            ))
+        })?,
+        (None, Ok(text)) => text,
+        (None, Err(_)) => return Ok(None),
+    };
+    Token::new(&text)
+        .map(Some)
+        .map_err(|right| Failure::usage(format!("the token is unfit; {right}")))
+}
+
+/// Serves the controllers there.
+pub(crate) async fn start(place: Place, emulators: &[Emulator]) -> Result<Server, Failure> {
+    Server::start(place, emulators).await.map_err(|error: ServerError| Failure::midway(error))
+}
