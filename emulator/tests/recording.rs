@@ -865,6 +865,51 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
 }
 
 #[test]
+fn a_line_that_is_out_of_order_is_refused_by_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(LIMIT).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let with_time = |line: &str, at: &str| {
+        let (_, rest) = line.split_once(',').unwrap();
+        format!("{{\"at\":{at},{rest}")
+    };
+    let time =
+        |line: &str| line.split_once("\"at\":").unwrap().1.split_once(',').unwrap().0.to_owned();
+    let find = |key: &str| lines.iter().rposition(|line| line.contains(key)).unwrap();
+    let (answer, state, end) = (find("\"out\":"), find("\"state\":"), find("\"end\":"));
+    let edited = |place: usize, at: &str| {
+        let mut edited = lines.clone();
+        let line = with_time(lines[place], at);
+        edited[place] = &line;
+        edited.join("\n") + "\n"
+    };
+    // The line before these that is the first of its time.
+    let last = (1..end).find(|it| time(lines[*it]) == time(lines[end])).unwrap();
+    for (text, line, at, of) in [
+        // An answer in the future, and what comes after it.
+        (edited(answer, "18446744073709551615"), answer + 2, None, answer + 1),
+        (edited(state, "5"), state + 1, Some("5"), last + 1),
+        (edited(end, "5"), end + 1, Some("5"), last + 1),
+    ] {
+        fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
+        let at = at.map_or_else(|| time(lines[line - 1]), str::to_owned);
+        let message = format!("line {line}: its time, {at}, is before that of line {of}, ");
+        for command in [
+            &["replay", "wrong.jsonl"][..],
+            &["cut", "wrong.jsonl"],
+            &["minimise", "wrong.jsonl"],
+            &["diff", LIMIT, "wrong.jsonl"],
+            &["console", "wrong.jsonl"],
+        ] {
+            let (code, _, errors) = run(folder.path(), command);
+            let errors = errors.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert_eq!(code, 1, "{command:?}: {errors}");
+            assert!(errors.contains(&message), "{command:?}, {message}: {errors}");
+        }
+    }
+}
+
+#[test]
 fn nothing_is_cut_out_of_a_time_that_was_not_recorded() {
     let folder = tempfile::tempdir().unwrap();
     // One whose computer stopped in the middle of a move.
@@ -935,7 +980,7 @@ fn less_of_a_recording_is_compressed_by_its_name_and_read_as_far_as_it_goes() {
 fn recordings_that_differ_in_times_only_are_told_so() {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(LIMIT).unwrap();
-    let later = text.replacen("16447940004,\"out\"", "16447940005,\"out\"", 1);
+    let later = text.replace("\"at\":16447940004,", "\"at\":16447940005,");
     assert_ne!(later, text);
     fs::write(folder.path().join("later.jsonl"), later).unwrap();
     let (code, text, _) = run(folder.path(), &["diff", LIMIT, "later.jsonl"]);

@@ -257,13 +257,61 @@ fn what_is_wrong_is_said_with_its_place() {
         (4, r#"{"at":5000000,"inn":"m1"}"#, "unknown field `inn`"),
         (4, r#"{"at":-1,"in":"m1"}"#, "invalid value"),
         (4, r#"{"at":5000000,"in":"\u2192"}"#, "'→', which is not a byte"),
-        (8, r#"{"at":7,"signal":"stop","value":0}"#, "is before that of what was given before"),
+        (
+            9,
+            r#"{"at":7,"signal":"stop","value":0}"#,
+            "its time, 7, is before that of line 7, 80000000",
+        ),
     ] {
         let (found, said) = with(line, new);
         assert_eq!(found as usize, line, "{new}: {said}");
         assert!(said.contains(message), "{new}: {said}");
     }
     assert_eq!(Recording::read(b"").unwrap_err().line, 1);
+}
+
+#[test]
+fn no_line_is_before_one_before_it() {
+    let mut whole = drive();
+    let mark = Entry::new(ms(100), What::Mark("here".to_owned()));
+    let news = Entry::new(ms(100), What::News(json!({})));
+    let [stands, goes] = [What::Stands(Some(0)), What::Goes].map(|what| Entry::new(ms(100), what));
+    let here = state(100, &Cart::default());
+    whole.entries.splice(10..10, [mark, news, stands, here, goes]);
+    assert!(Recording::read(&whole.write()).is_ok());
+    let moved = |place: usize, at: Time, clock: &str| {
+        let mut moved = whole.clone();
+        moved.entries[place].at = at;
+        moved.head.clock = clock.to_owned();
+        Recording::read(&moved.write()).map_err(|error| (error.line as usize, error.message))
+    };
+    let lines = 2..whole.entries.len() + 2;
+    for (place, line) in lines.clone().enumerate() {
+        let what = &whole.entries[place].what;
+        // Time goes back to a line, and from one.
+        if whole.entries[place].at > ms(5) {
+            let (found, said) = moved(place, ms(4), "instant").unwrap_err();
+            assert_eq!(found, line, "{what:?}");
+            assert!(said.starts_with("its time, 4000000, is before that of line "), "{said}");
+        }
+        let ahead = moved(place, Time::from_secs(9), "instant");
+        let is_clients = matches!(what, What::News(_));
+        match is_clients || line + 1 == lines.end {
+            true => assert!(ahead.is_ok(), "{what:?}"),
+            false => {
+                // News do not go by the controller's time, but neither are they before it.
+                let told = format!("is before that of line {line}, 9000000000");
+                let (found, said) = ahead.unwrap_err();
+                assert_eq!(found, line + 1, "{what:?}");
+                assert!(said.contains(&told), "{said}");
+            }
+        }
+        // What a real controller says may have been on its way.
+        if let What::Sent(_) = what {
+            assert!(moved(place, Time::ZERO, "wall").is_ok());
+            assert!(moved(place, Time::from_secs(9), "wall").is_err());
+        }
+    }
 }
 
 #[test]

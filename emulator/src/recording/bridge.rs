@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use vimc4::{News, RecordingFile, recording_head};
 use vimc4_catalogue::{Controller, Machine, Model};
 use vimc4_device::{Device, Line, Names, Time};
-use vimc4_timeline::recording::{Entry, Given, Player, What};
+use vimc4_timeline::recording::{Entry, Given, Player, WALL, What};
 
-use super::controller::{PlayedDevice, WALL};
+use super::controller::PlayedDevice;
 use crate::failure::Failure;
 
 /// How many pieces wait for a client that does not read, before it loses further ones.
@@ -53,6 +53,8 @@ pub(super) struct Tape {
     by: Arc<str>,
     /// What the device has said while something was being written to it, which is recorded first.
     late: Option<Vec<(Instant, Bytes)>>,
+    /// When something was noted last: what is being written then is given no earlier.
+    noted: Option<Instant>,
     twin: Option<Twin>,
 }
 
@@ -159,7 +161,10 @@ impl Tap {
     /// Says something, here and in the recording.
     pub(super) fn note(&self, text: &str) {
         let _ = writeln!(io::stderr(), "{text}");
-        lock(&self.tape).add(Instant::now(), What::Mark(text.to_owned()));
+        let mut tape = lock(&self.tape);
+        let now = Instant::now();
+        tape.noted = Some(now);
+        tape.add(now, What::Mark(text.to_owned()));
     }
 
     fn tell(&self, news: &News) {
@@ -204,7 +209,14 @@ impl Tape {
             player.restore(begun);
             Twin { player, size, said: [0, 0] }
         });
-        Ok(Tape { file, began: Instant::now(), by: Arc::from("client"), late: None, twin })
+        Ok(Tape {
+            file,
+            began: Instant::now(),
+            by: Arc::from("client"),
+            late: None,
+            noted: None,
+            twin,
+        })
     }
 
     /// Something is written to the device from now on: what it says meanwhile comes after that.
@@ -216,6 +228,7 @@ impl Tape {
     /// So much of it was taken.
     fn given(&mut self, at: Instant, bytes: &[u8]) {
         if !bytes.is_empty() {
+            let at = self.noted.map_or(at, |noted| at.max(noted));
             self.turn(at);
             let (by, bytes) = (Arc::clone(&self.by), Bytes::copy_from_slice(bytes));
             self.add(at, What::Given { by, given: Given::Bytes(bytes) });

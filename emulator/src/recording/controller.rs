@@ -6,13 +6,10 @@ use serde_json::Value;
 use vimc4::Clock;
 use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
 use vimc4_device::{Device, Line, LineState, Names, OwnedInput};
-use vimc4_timeline::recording::{Given, Head, LineSort, Player, Recording, What, exchange};
+use vimc4_timeline::recording::{Given, Head, LineSort, Player, Recording, WALL, What, exchange};
 
 use crate::completions;
 use crate::failure::Failure;
-
-/// The clock of what was heard on the line of a real controller.
-pub(super) const WALL: &str = "wall";
 
 /// A controller at its line.
 pub(crate) type PlayedDevice = Line<Controller>;

@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use serde_json::json;
 use vimc4_device::Device;
-use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, check, part};
+use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, WALL, check, part};
 
 use super::card::{card, seconds};
-use super::controller::{Other, Site, WALL};
+use super::controller::{Other, Site};
 use super::file;
 use crate::drawing::{self, Drawing, Pictured};
 use crate::failure::Failure;

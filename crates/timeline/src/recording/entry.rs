@@ -12,6 +12,10 @@ use super::text;
 /// The version of the format that is written, and the highest that is read.
 pub const VERSION: u32 = 1;
 
+/// The [clock](Head::clock) of what was heard on the line of a real controller, whose times are those
+/// of the computer.
+pub const WALL: &str = "wall";
+
 /// The first line: which controller was recorded, and by what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -27,8 +31,8 @@ pub struct Head {
     pub model: Value,
     /// The complete profile of the machine.
     pub machine: Value,
-    /// The clock, as on the command line: `real`, `8x`, `manual`, `instant`; `wall` for what was
-    /// heard on the line of a real controller, whose times are those of this computer.
+    /// The clock, as on the command line: `real`, `8x`, `manual`, `instant`; [`WALL`] for what was
+    /// heard on the line of a real controller.
     pub clock: String,
     /// Whether characters take time on the line.
     pub line: LineSort,

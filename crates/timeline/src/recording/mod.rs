@@ -33,7 +33,7 @@ pub use compare::{
     Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, Tolerance, alike,
     check, first_field, given_apart, part, said_apart, say_otherwise,
 };
-pub use entry::{Entry, Given, Head, LineSort, VERSION, What};
+pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
 pub use play::{Player, StateError, Told, exchange};
 pub use read::{ReadError, Reader, Recording};
 pub use shorten::{cut, minimise, rerecord};
