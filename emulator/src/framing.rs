@@ -4,9 +4,8 @@ use std::io::{self, BufRead, Write};
 
 use vimc4_dap::framing::{Decoder, Frame, framed};
 
-/// The next message, of so many bytes at most; `None` at the end of the input.
-pub(crate) fn read(input: &mut impl BufRead, largest: u64) -> io::Result<Option<Frame>> {
-    let mut decoder = Decoder::new(largest);
+/// The next message; `None` at the end of the input.
+pub(crate) fn read(input: &mut impl BufRead, decoder: &mut Decoder) -> io::Result<Option<Frame>> {
     loop {
         let bytes = match input.fill_buf() {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vimc4_device::parse_duration;
+use vimc4_device::{NotADuration, parse_duration};
 
 /// A number of bytes: `500k`, `64M`, `2G`.
 pub(crate) fn size(text: &str) -> Result<u64, String> {
@@ -21,6 +21,8 @@ pub(crate) fn size(text: &str) -> Result<u64, String> {
 
 /// A span of time in the usual form.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let help = "a number with a unit is needed, as in 250ms, 2s, 5min or 1h";
-    parse_duration(text).map_err(|_| help.to_owned())
+    parse_duration(text).map_err(|error| match error {
+        NotADuration::TooFine | NotADuration::TooLong => format!("it {error}"),
+        _ => "a number with a unit is needed, as in 250ms, 2s, 5min or 1h".to_owned(),
+    })
 }

@@ -865,6 +865,20 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
 }
 
 #[test]
+fn what_is_left_goes_to_standard_output_by_its_name_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for verb in ["minimise", "cut"] {
+        let (_, plain, _) = run(folder.path(), &[verb, LIMIT]);
+        let (code, named, errors) = run(folder.path(), &[verb, LIMIT, "--out", "-"]);
+        assert_eq!((code, named), (0, plain), "{errors}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let (code, _, errors) = run(folder.path(), &["cut", LIMIT, "--to", "99999999999s"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("it is too long") && !errors.contains("unit"), "{errors}");
+}
+
+#[test]
 fn a_line_that_is_out_of_order_is_refused_by_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(LIMIT).unwrap();

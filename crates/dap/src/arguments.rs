@@ -88,6 +88,8 @@ pub(crate) struct SetDataBreakpoints {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct DataBreakpoint {
     pub(crate) data_id: String,
+    #[serde(default, deserialize_with = "or_default")]
+    pub(crate) access_type: String,
     #[serde(flatten)]
     pub(crate) with: With,
 }

@@ -39,18 +39,18 @@ impl Session {
         let arrived =
             held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
                 let (before, given) = (debugger.place(), debugger.history().usage().inputs);
-                let told = answered.insert(match debugger.execute(text, progress) {
-                    // Text that is not a command may be an expression.
-                    Err(error) => match value(debugger, text) {
-                        Ok(value) => Ok(Answer::Value(value)),
-                        Err(_) => Err(error),
-                    },
-                    // An axis may be called like the short word for the end, which is the editor's.
-                    Ok(Answer::Quit) => match value(debugger, text) {
-                        Ok(value) => Ok(Answer::Value(value)),
-                        Err(_) => Ok(Answer::Quit),
-                    },
-                    answered => answered,
+                // An axis may be called like the short word for a command.
+                let told = answered.insert(match is_axis(debugger, text) {
+                    true => value(debugger, text).map(Answer::Value),
+                    false => debugger.execute(text, progress).or_else(|error| {
+                        // Text that is not a command may be an expression.
+                        value(debugger, text).map(Answer::Value).map_err(|wrong| {
+                            match directive.is_none() && is_expression(debugger, text) {
+                                true => wrong,
+                                false => error,
+                            }
+                        })
+                    }),
                 });
                 // An input that was given takes effect now, as far as it does so by itself. Nothing
                 // else that is typed lets anything happen.
@@ -226,6 +226,17 @@ fn set(debugger: &mut Debugger, path: &str, text: &str) -> Answered {
     let now = debugger.now();
     debugger.history_mut().run_to(now);
     DONE
+}
+
+/// Whether it is the name of an axis, and nothing else.
+fn is_axis(debugger: &Debugger, text: &str) -> bool {
+    text.chars().all(char::is_alphanumeric) && debugger.variable(&format!("axes.{text}")).is_ok()
+}
+
+/// Whether it is meant as an expression although it is none: it does not begin as a command does.
+fn is_expression(debugger: &Debugger, text: &str) -> bool {
+    let first = text.split_whitespace().next().unwrap_or_default();
+    !first.chars().all(char::is_alphabetic) || is_axis(debugger, first)
 }
 
 /// A field with its parts, or the value of an expression.

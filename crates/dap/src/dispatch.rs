@@ -68,7 +68,7 @@ impl Session {
             Ask::Next => self.step(request.read()?, Way::Forward, Depth::Over),
             Ask::StepIn => self.step(request.read()?, Way::Forward, Depth::Into),
             Ask::StepOut => self.step(request.read()?, Way::Forward, Depth::Out),
-            Ask::StepBack => self.step(request.read()?, Way::Back, Depth::Over),
+            Ask::StepBack => self.step(request.read()?, Way::Back, Depth::Into),
             Ask::Pause => self.pause(request.read()?),
             Ask::GotoTargets => self.goto_targets(request.read()?),
             Ask::Goto => self.goto(request.read()?),

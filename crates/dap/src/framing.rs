@@ -25,7 +25,7 @@ pub enum Frame {
     Message(Vec<u8>),
     /// A header without the length of its message. What follows is read as a header.
     NoLength,
-    /// A message beyond the permitted length, which was skipped.
+    /// A message beyond the permitted length, which is skipped.
     TooLong,
 }
 
@@ -105,11 +105,13 @@ impl Decoder {
                         continue;
                     }
                     let Some(left) = length.take() else { return Ok(Some(Frame::NoLength)) };
-                    self.within = match left > self.largest {
-                        true => Within::Skipped { left },
-                        // Memory is allocated for what arrives, not for the announced length.
-                        false => Within::Message { bytes: Vec::new(), left },
-                    };
+                    if left > self.largest {
+                        // Said now: it may never come.
+                        self.within = Within::Skipped { left };
+                        return Ok(Some(Frame::TooLong));
+                    }
+                    // Memory is allocated for what arrives, not for the announced length.
+                    self.within = Within::Message { bytes: Vec::new(), left };
                 }
                 Within::Message { bytes: message, left } => {
                     message.extend_from_slice(take(bytes, left));
@@ -126,7 +128,6 @@ impl Decoder {
                         return Ok(None);
                     }
                     self.within = Within::nothing();
-                    return Ok(Some(Frame::TooLong));
                 }
             }
         }
@@ -205,6 +206,14 @@ mod tests {
                 "pieces of {size}"
             );
         }
+    }
+
+    #[test]
+    fn a_message_that_is_too_long_is_told_of_before_it_comes() {
+        let mut decoder = Decoder::new(20);
+        let mut bytes: &[u8] = b"Content-Length: 999999999\r\n\r\n";
+        assert_eq!(decoder.decode(&mut bytes), Ok(Some(Frame::TooLong)));
+        assert_eq!(decoder.decode(&mut &b"the beginning of it"[..]), Ok(None));
     }
 
     #[test]

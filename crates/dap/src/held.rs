@@ -1,7 +1,8 @@
 //! One controller: going through its history, and finding the place in its texts.
 
 use vimc4_debug::{
-    DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Stop, Trigger, Unit, Way,
+    DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Refused, Stop, Trigger, Unit,
+    Way,
 };
 use vimc4_device::{Condition, Event, Time};
 use vimc4_timeline::{Place, Progress};
@@ -102,6 +103,19 @@ impl Held {
             return live.let_go(debugger, Until::Command, progress);
         }
         Ok(Some(stop))
+    }
+
+    /// Why the rest of a file was not sent, if it was not.
+    pub(crate) fn rest_not_sent(&self) -> Option<String> {
+        let debugger = &self.opened.debugger;
+        let Refused { command, answer, why } = debugger.feed()?.refused(debugger.history())?;
+        let source = debugger.source();
+        let line = command.and_then(|command| source?.line_of(command)).unwrap_or(0);
+        let text = source.and_then(|source| source.lines.get((line as usize).checked_sub(1)?));
+        let text = text.map_or("", |text| text.trim());
+        Some(format!(
+            "line {line}: {text} was answered {answer}: {why}; the rest was not sent (`keepGoing` sends it)"
+        ))
     }
 
     /// Why something is possible only for a controller that runs by itself.

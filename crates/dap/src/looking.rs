@@ -50,14 +50,14 @@ impl Session {
                     format!("loop of line {number}, {left} more: {}", frame.name)
                 }
                 FrameKind::Idle => format!("idle at {}", show_nanos(now.as_nanos())),
-                FrameKind::Line | FrameKind::Command(_) => frame.name,
+                FrameKind::Line | FrameKind::Command(_) | FrameKind::Waits => frame.name,
             };
             let mut told = json!({
                 "id": self.frames.number(thread, place),
                 "name": name,
                 "line": line.map_or(0, |(_, line)| self.line_out(line)),
                 "column": 1,
-                "canRestart": line.is_some(),
+                "canRestart": line.is_some() && frame.kind != FrameKind::Waits,
             });
             match line {
                 Some((text, _)) => told["source"] = self.source(thread, text),
@@ -170,7 +170,9 @@ impl Session {
     pub(crate) fn disassemble(&mut self, about: Disassemble) -> Answered {
         let count = about.instruction_count;
         if !(0..=MOST_INSTRUCTIONS).contains(&count) {
-            return Err(Refusal(format!("{MOST_INSTRUCTIONS} instructions are the most")));
+            return Err(Refusal(format!(
+                "instructionCount is from 0 to {MOST_INSTRUCTIONS}, and here it is {count}"
+            )));
         }
         let wrong = || Refusal(format!("{} is not a place in a program", about.memory_reference));
         let (thread, at) = at_address(&about.memory_reference).ok_or_else(wrong)?;

@@ -18,6 +18,8 @@ pub(crate) enum Spot {
     Data(usize, String),
     /// Error replies, or those of these codes.
     Errors(String),
+    /// Something that is not waited for, and why.
+    Never(String),
 }
 
 /// A breakpoint of a client.
@@ -85,6 +87,7 @@ impl Point {
                     set(*number, held, found.map(|(trigger, _)| trigger));
                 }
             }
+            Spot::Never(why) => self.message = Some(why.clone()),
             Spot::Function(name) => {
                 for (number, held) in held.iter_mut().enumerate() {
                     let trigger = command(name, held.debugger());
@@ -132,7 +135,7 @@ impl Point {
         match self.spot {
             Spot::Line(..) => "breakpoint",
             Spot::Function(_) => "function breakpoint",
-            Spot::Data(..) => "data breakpoint",
+            Spot::Data(..) | Spot::Never(_) => "data breakpoint",
             Spot::Errors(_) => "exception",
         }
     }

@@ -67,7 +67,13 @@ impl Session {
             let parts =
                 parts.and_then(|(thread, path)| Some((thread.parse::<usize>().ok()?, path)));
             let (thread, path) = parts.unwrap_or((0, breakpoint.data_id.as_str()));
-            spots.push((Spot::Data(thread, path.to_owned()), breakpoint.with));
+            let spot = match breakpoint.access_type.as_str() {
+                "" | "write" => Spot::Data(thread, path.to_owned()),
+                other => Spot::Never(format!(
+                    "a data breakpoint stops where a value changes, which is `write`, and not `{other}`"
+                )),
+            };
+            spots.push((spot, breakpoint.with));
         }
         let points = self.replaced(old, spots);
         let told = self.told(&points);
@@ -173,6 +179,9 @@ impl Session {
             reference => self.part(reference, &about.name)?,
         };
         let held = self.resting(thread as i64 + 1)?;
+        if path.trim().is_empty() {
+            return answer(json!({ "dataId": null, "description": "no field is named" }));
+        }
         match held.debugger().variable(&path) {
             Ok(_) => answer(json!({
                 "dataId": format!("{thread}:{path}"),

@@ -100,7 +100,11 @@ pub const REQUESTS: [Row; 36] = [
     row("next", Ask::Next, "on by a statement, a line or a step pulse, over loops"),
     row("stepIn", Ask::StepIn, "on by a statement, a line or a step pulse, into loops"),
     row("stepOut", Ask::StepOut, "out of the innermost loop, or of the program"),
-    row("stepBack", Ask::StepBack, "back by a statement, a line or a step pulse"),
+    row(
+        "stepBack",
+        Ask::StepBack,
+        "back by a statement, a line or a step pulse, into loops: undoes `stepIn`",
+    ),
     row("pause", Ask::Pause, "stops here"),
     row("gotoTargets", Ask::GotoTargets, "a line, the last time and the next time"),
     row("goto", Ask::Goto, "goes to one of these"),

@@ -160,13 +160,19 @@ impl Session {
     pub(crate) fn begin(&mut self, thread: usize, walk: Walk) {
         self.frames.forget(thread);
         self.values.forget(thread);
-        self.targets.retain(|(own, ..)| *own != thread);
+        if !matches!(walk, Walk::To(..)) {
+            self.targets.retain(|(own, ..)| *own != thread);
+        }
         self.begun += 1;
         self.runs.push_back(Run { number: self.begun, thread, walk });
     }
 
     /// A controller has stopped.
     pub(crate) fn stopped(&mut self, thread: usize, walk: &Walk, stop: Stop) {
+        // A target that leads nowhere is no reason to forget the others.
+        if stop.why != Reason::Nowhere {
+            self.targets.retain(|(own, ..)| *own != thread);
+        }
         self.tell_notes(thread, &stop);
         self.tell_of_elsewhere(thread);
         self.tell_of_new_lines(thread);
@@ -186,6 +192,7 @@ impl Session {
         let before = held.stop.as_ref().filter(|_| matches!(walk, Walk::Step(..)));
         held.is_end_of_line = is_end && before.is_some_and(|before| before.place == stop.place);
         let activity = debugger.device().activity();
+        let rest = held.rest_not_sent();
         held.stop = Some(stop.clone());
         let ends = |configuration: &crate::open::Configuration| {
             configuration.end_at_end || configuration.no_debug
@@ -208,7 +215,10 @@ impl Session {
             Reason::Rest => match asks {
                 Some(asks) => ("pause", asks),
                 None if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
-                None if is_done => ("pause", "the end: everything is done".to_owned()),
+                None if is_done => {
+                    let rest = rest.unwrap_or_else(|| "everything is done".to_owned());
+                    ("pause", format!("the end: {rest}"))
+                }
                 None => ("pause", activity.to_string()),
             },
         };
@@ -350,6 +360,13 @@ impl Session {
 
     pub(crate) fn pause(&mut self, OfThread { thread_id }: OfThread) -> Answered {
         let thread = self.thread(thread_id)?;
+        if !self.is_on_its_way(thread) && self.stage == Stage::Open {
+            // Somebody may wait for the stop all the same.
+            if self.held.get(thread).is_some_and(|held| held.stop.is_some() && !held.is_over) {
+                self.tell_of_pause(thread);
+            }
+            return DONE;
+        }
         let place = self.runs.iter().position(|run| run.thread == thread);
         if let Some(run) = place.and_then(|place| self.runs.remove(place)) {
             self.give_up(run);
@@ -363,6 +380,21 @@ impl Session {
         DONE
     }
 
+    /// Says once more that a controller stands still.
+    fn tell_of_pause(&mut self, thread: usize) {
+        self.tell(
+            "stopped",
+            json!({
+                "reason": "pause",
+                "description": "Paused",
+                "text": "paused",
+                "threadId": thread + 1,
+                "allThreadsStopped": false,
+                "hitBreakpointIds": [],
+            }),
+        );
+    }
+
     /// Ends a run where it has got to.
     pub(crate) fn give_up(&mut self, run: Run) {
         let Some(held) = self.held.get_mut(run.thread) else { return };
@@ -372,7 +404,8 @@ impl Session {
 
     pub(crate) fn goto_targets(&mut self, lines: Lines) -> Answered {
         let line = self.line_in(lines.line);
-        let line = u32::try_from(line).map_err(|_| Refusal(format!("there is no line {line}")))?;
+        let found = u32::try_from(line).ok().filter(|line| *line > 0);
+        let line = found.ok_or_else(|| Refusal(format!("there is no line {line}")))?;
         let mut told = Vec::new();
         let texts = self.texts(&lines.source);
         if texts.is_empty() {

@@ -263,14 +263,7 @@ impl Debugger {
                 let branch = vimc4_timeline::BranchId(0);
                 self.go_to(vimc4_timeline::Place { branch, moment })?
             }
-            ("end", "") => {
-                if self.goes_on_reading() {
-                    self.read_until(|_| false, progress)?;
-                }
-                let heading = self.history().heading();
-                self.history_mut().go_to_end(heading);
-                self.stopped(Reason::Gone, Vec::new())
-            }
+            ("end", "") => self.go_to_end(progress),
             ("command", text) => {
                 let number = CommandNumber(number(text).ok_or_else(wrong)?);
                 self.go_to_command(number, progress)?
@@ -284,7 +277,7 @@ impl Debugger {
                 let (number, _) = source.command_at(line).ok_or_else(none)?;
                 self.go_to_command(number, progress)?
             }
-            (name, _) => {
+            _ => {
                 let is_known = |own: &Debugger| {
                     own.marks().contains_key(place) || own.end_of_branch(place).is_some()
                 };
@@ -298,19 +291,18 @@ impl Debugger {
                     self.history_mut().go_to_end(end.branch);
                     self.stopped(Reason::Gone, Vec::new())
                 } else {
-                    let at = match name.strip_prefix(['+', '-']) {
-                        Some(span) => {
-                            let span = parse_duration(span).map_err(|_| wrong())?;
-                            let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
-                            if name.starts_with('+') {
-                                now.after_nanos(nanos)
-                            } else {
-                                Time::from_nanos(now.as_nanos().saturating_sub(nanos))
-                            }
+                    let span = parse_duration(place.strip_prefix(['+', '-']).unwrap_or(place));
+                    let span = span.map_err(|_| wrong())?;
+                    let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
+                    match place.as_bytes().first() {
+                        Some(b'+') => self.go_to_time(now.after_nanos(nanos), progress),
+                        Some(b'-') => {
+                            let at = now.as_nanos().saturating_sub(nanos);
+                            self.go_back_to_time(Time::from_nanos(at));
+                            self.stopped(Reason::Gone, Vec::new())
                         }
-                        None => Time::ZERO + parse_duration(place).map_err(|_| wrong())?,
-                    };
-                    self.go_to_time(at, progress)
+                        _ => self.go_to_time(Time::from_nanos(nanos), progress),
+                    }
                 }
             }
         };

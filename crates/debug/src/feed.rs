@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4_catalogue::Controller;
-use vimc4_device::{Condition, Device, Event, Input, Output, SignalId, Time};
+use vimc4_device::{CommandNumber, Condition, Device, Event, Input, Output, SignalId, Time};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 /// A step of the host, done when the controller has completed the one before.
@@ -28,6 +28,8 @@ pub enum Piece {
 #[derive(Clone, Debug)]
 pub struct Feed {
     pieces: Arc<[Piece]>,
+    /// The line of the file, from 1, that each of them is of, as far as that is known.
+    lines: Arc<[u32]>,
     /// For each branch, how many pieces were done at these moments, in order.
     done: BTreeMap<BranchId, Vec<Done>>,
     /// For each branch, the moments at which it asked the operator and by which piece, in order.
@@ -38,13 +40,26 @@ pub struct Feed {
     gives_up: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// An error reply after which nothing more is sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// The command that was answered with it.
+    pub command: Option<CommandNumber>,
+    /// The reply, without its end.
+    pub answer: String,
+    /// What it means.
+    pub why: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
 struct Done {
     at: Moment,
     /// Waiting is done at the moment itself; an input given then counts from the next moment on.
     is_over: bool,
     /// The number of the next piece.
     next: usize,
+    /// Why those before it that were not done are left out.
+    refused: Option<Arc<Refused>>,
 }
 
 impl Feed {
@@ -53,11 +68,19 @@ impl Feed {
     pub fn new(pieces: Vec<Piece>) -> Feed {
         Feed {
             pieces: pieces.into(),
+            lines: Arc::default(),
             done: BTreeMap::new(),
             asked: BTreeMap::new(),
             waits: None,
             gives_up: false,
         }
+    }
+
+    /// The lines of a file, from 1, that its steps are of; 0 for one that is of none.
+    #[must_use]
+    pub fn of_lines(mut self, lines: Vec<u32>) -> Feed {
+        self.lines = lines.into();
+        self
     }
 
     /// It sends nothing more after an error reply, as careful software does.
@@ -90,6 +113,28 @@ impl Feed {
     #[must_use]
     pub fn is_done(&self, history: &History<Controller>) -> bool {
         self.next(history) >= self.pieces.len()
+    }
+
+    /// The error reply after which it sent nothing more, if that is why it is done.
+    #[must_use]
+    pub fn refused(&self, history: &History<Controller>) -> Option<&Refused> {
+        self.last(history)?.refused.as_deref()
+    }
+
+    /// The line of the file at which it waits or asks, if it does at the present.
+    pub(crate) fn waits_at(&self, history: &History<Controller>) -> Option<u32> {
+        let present = history.present();
+        let asked = self.asked.get(&present.branch).map_or(&[][..], Vec::as_slice);
+        let asked = asked.iter().rev().filter(|(moment, _)| *moment == present.moment);
+        let asked = asked.map(|(_, piece)| *piece);
+        // Several can be at one moment: the one that it waits for now.
+        let is_now = |piece: &usize| match self.pieces.get(*piece) {
+            Some(Piece::Ask(what) | Piece::Until(_, what)) => self.waits.as_ref() == Some(what),
+            _ => false,
+        };
+        let next = history.is_at_end().then(|| self.next(history));
+        let piece = asked.clone().chain(next).find(is_now).or_else(|| asked.clone().next())?;
+        self.lines.get(piece).copied().filter(|line| *line > 0)
     }
 
     /// Whether it sends as soon as there is room, and not only when the controller rests.
@@ -168,16 +213,20 @@ impl Feed {
             return;
         }
         let refused = outputs.into_iter().find_map(|output| match output {
-            Output::Event(stamp, Event::Answer { why: Some(_), .. }) => Some(stamp.at),
+            Output::Event(stamp, Event::Answer { why: Some(why), bytes, .. }) => {
+                let answer = String::from_utf8_lossy(bytes.trim_ascii()).into_owned();
+                let refused = Refused { command: stamp.command, answer, why: why.to_string() };
+                Some((stamp.at, refused))
+            }
             _ => None,
         });
-        let Some(at) = refused else { return };
+        let Some((at, reply)) = refused else { return };
         let present = history.present();
         let done = self.done.entry(present.branch).or_default();
         // It counts from just then on, and after what was sent.
         let refused = Moment { at, causes: 0, ..present.moment };
         let at = done.last().map_or(refused, |last| last.at.max(refused));
-        done.push(Done { at, is_over: true, next: all });
+        done.push(Done { at, is_over: true, next: all, refused: Some(Arc::new(reply)) });
     }
 
     /// What was given at a time on the way to another branch is given here as well: what was sent there
@@ -241,12 +290,17 @@ impl Feed {
         let at = present.moment;
         match done.last_mut().filter(|last| last.at == at && last.is_over == is_over) {
             Some(last) => last.next = next,
-            None => done.push(Done { at, is_over, next }),
+            None => done.push(Done { at, is_over, next, refused: None }),
         }
     }
 
     /// The number of the piece that comes next at the present.
     fn next(&self, history: &History<Controller>) -> usize {
+        self.last(history).map_or(0, |last| last.next)
+    }
+
+    /// What it has done last on the way to the present.
+    fn last(&self, history: &History<Controller>) -> Option<&Done> {
         let mut place = history.present();
         loop {
             let done = self.done.get(&place.branch).map_or(&[][..], Vec::as_slice);
@@ -254,13 +308,10 @@ impl Feed {
                 done.at < place.moment || done.is_over && done.at == place.moment
             });
             if let Some(last) = before.checked_sub(1).and_then(|last| done.get(last)) {
-                return last.next;
+                return Some(last);
             }
             let mut branches = history.branches();
-            match branches.find(|branch| branch.id == place.branch).and_then(|own| own.parted) {
-                Some(parting) => place = parting,
-                None => return 0,
-            }
+            place = branches.find(|branch| branch.id == place.branch)?.parted?;
         }
     }
 }

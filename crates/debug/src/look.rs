@@ -33,6 +33,9 @@ pub enum FrameKind {
     },
     /// A command that came over the line.
     Command(CommandNumber),
+    /// The host waits at this line of the file: for somebody who says that it may go on, or for
+    /// something to happen.
+    Waits,
     /// Nothing is in progress.
     Idle,
 }
@@ -48,6 +51,10 @@ impl fmt::Display for Frame {
             FrameKind::Command(number) => {
                 write!(f, "command #{number}: {}", self.name)?;
                 self.line.map_or(Ok(()), |line| write!(f, " (line {line} of the file)"))
+            }
+            FrameKind::Waits => {
+                let line = self.line.unwrap_or(0);
+                write!(f, "the host waits at line {line} of the file: {}", self.name)
             }
             FrameKind::Idle => f.write_str("nothing is under way"),
         }
@@ -173,9 +180,14 @@ const AROUND: u64 = 8;
 
 impl Debugger {
     /// What is in progress, innermost first: the line of the stored program, the open loops, the
-    /// command. Never empty.
+    /// command, or the line at which the host waits. Never empty.
     pub fn frames(&mut self) -> Vec<Frame> {
         let mut frames = Vec::new();
+        let waits = self.feed().and_then(|feed| feed.waits_at(self.history()));
+        if let (Some(line), Some(source)) = (waits, self.source()) {
+            let text = source.lines.get(line as usize - 1).map_or("", |text| text.trim());
+            return vec![Frame { name: text.to_owned(), kind: FrameKind::Waits, line: waits }];
+        }
         let details = self.device().details();
         if let Some(program) = details.program()
             && matches!(program.status, ProgramStatus::Running | ProgramStatus::Paused)

@@ -307,6 +307,10 @@ impl Debugger {
         self.history.go_to_end(heading);
         let mut begins = CommandBegins(number);
         let mut found = self.history.seek_last_or_here(&mut begins, progress);
+        if found == Found::Nowhere {
+            // The host may still have to send it.
+            found = self.host_goes_on_to(CommandBegins(number), progress);
+        }
         if found == Found::Nowhere && !self.stays {
             // It may be still to come.
             let mut future = History::new(self.device().clone());
@@ -319,11 +323,55 @@ impl Debugger {
         if found == Found::Here {
             return Ok(self.stopped(Reason::Gone, Vec::new()));
         }
+        let waits = self.feed.as_ref().and_then(|feed| feed.waits()).map(str::to_owned);
         self.history.go_back_to(begin);
-        Err(DebugError::new(match found {
-            Found::GivenUp => "cancelled".to_owned(),
+        Err(DebugError::new(match (found, waits) {
+            (Found::GivenUp, _) => "cancelled".to_owned(),
+            (_, Some(waits)) => format!("before command {number}, {waits}"),
             _ => format!("no command has the number {number} here"),
         }))
+    }
+
+    /// Goes to the end of the way of the present: of a recording, or of what the host does.
+    pub(crate) fn go_to_end(&mut self, progress: &mut Progress<'_>) -> Stop {
+        if self.goes_on_reading()
+            && let Err(why) = self.read_until(|_| false, progress)
+        {
+            return self.stopped(why, Vec::new());
+        }
+        let heading = self.history.heading();
+        self.history.go_to_end(heading);
+        let found = self.host_goes_on_to(Walk::new(Way::Forward), progress);
+        let waits = self.feed.as_ref().is_some_and(|feed| feed.waits().is_some());
+        let why = match found {
+            Found::GivenUp => Reason::Cancelled,
+            _ if waits => Reason::Rest,
+            _ => Reason::Gone,
+        };
+        self.stopped(why, Vec::new())
+    }
+
+    /// From the end of the way on, lets the host do what it has not done yet, up to where `sought` is.
+    fn host_goes_on_to(
+        &mut self,
+        sought: impl Sought<Controller>,
+        progress: &mut Progress<'_>,
+    ) -> Found {
+        let is_done =
+            |own: &Debugger| own.feed.as_ref().is_none_or(|feed| feed.is_done(&own.history));
+        if is_done(self) {
+            return Found::Nowhere;
+        }
+        let mut problems = Problems::default();
+        let mut telling = Telling { sought, problems: &mut problems };
+        loop {
+            let found = self.history.seek_next(Time::NEVER, &mut telling, progress);
+            self.host_hears(&telling.problems.last);
+            telling.problems.last.clear();
+            if found != Found::Nowhere || !self.host_goes_on(Way::Forward) {
+                return found;
+            }
+        }
     }
 
     // --- counting hits ---
@@ -467,7 +515,7 @@ impl Debugger {
                 let first = self.history.branches().next().map(|branch| branch.first.at);
                 let first = first.unwrap_or_default();
                 let at = Time::from_nanos(now.as_nanos().saturating_sub(nanos)).max(first);
-                self.history.go_to_time(at);
+                self.go_back_to_time(at);
                 if at == first && now.nanos_since(first) < nanos {
                     Reason::Beginning
                 } else {
@@ -476,6 +524,15 @@ impl Debugger {
             }
         };
         self.stopped(why, Vec::new())
+    }
+
+    /// Goes back to a time, after everything that happens then; at the first time of all, before it.
+    pub(crate) fn go_back_to_time(&mut self, at: Time) {
+        let beginning = self.beginning();
+        match at > beginning.moment.at {
+            true => self.history.go_to_time(at),
+            false => _ = self.history.go_back_to(beginning),
+        }
     }
 
     fn go_by(&mut self, at: Time, unit: Unit, progress: &mut Progress<'_>) -> Stop {

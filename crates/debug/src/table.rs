@@ -217,7 +217,8 @@ pub static TABLE: &[Directive] = &[
         arguments: "PLACE",
         about: "go to a place of the history",
         more: "PLACE is a time such as 1.5s, +10ms or -10ms from here, `command 12`, `line 7` of the \
-               file, `start`, `end`, or the name of a bookmark or branch (to its end).",
+               file, `start`, `end`, or the name of a bookmark or branch (to its end). What a file \
+               has not sent by then is sent on the way.",
         example: "goto command 12",
         group: Group::Going,
         follows: Follows::Place,

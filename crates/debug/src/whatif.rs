@@ -41,7 +41,13 @@ pub struct Parting {
     pub at: Option<Apart>,
     /// How far they were compared.
     pub until: Time,
+    /// The fields that differ then all the same, if they do not part: the path, as it was, as it would
+    /// be.
+    pub left: Vec<Differing>,
 }
+
+/// A field of two states: its path, and its value in the one and in the other.
+pub type Differing = (String, Value, Value);
 
 /// The first difference of two futures.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,15 +61,19 @@ pub struct Apart {
     /// The same, as it would be.
     pub theirs: Option<(Time, Vec<u8>)>,
     /// The fields that differ then: the path, as it was, as it would be.
-    pub fields: Vec<(String, Value, Value)>,
+    pub fields: Vec<Differing>,
 }
 
 impl fmt::Display for Parting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// The most fields that are shown.
-        const FIELDS: usize = 8;
         let Some(apart) = &self.at else {
-            return write!(f, "{}: nothing else comes of it until {}", self.what, time(self.until));
+            let until = time(self.until);
+            if self.left.is_empty() {
+                return write!(f, "{}: nothing else comes of it until {until}", self.what);
+            }
+            write!(f, "{}: nothing else is said, and the counters are the same, ", self.what)?;
+            write!(f, "until {until}; then")?;
+            return write_fields(f, &self.left);
         };
         write!(f, "{}: the futures part at {}", self.what, time(apart.at))?;
         if let Some((number, line)) = &apart.command {
@@ -77,23 +87,30 @@ impl fmt::Display for Parting {
             let (ours, theirs) = (said(&apart.ours), said(&apart.theirs));
             write!(f, "\n    says  {theirs}\n    said  {ours}")?;
         }
-        let shown = |value: &Value| match value {
-            // One of several kinds of things, with its own parts.
-            Value::Object(parts) if parts.len() == 1 => {
-                parts.keys().next().cloned().unwrap_or_default()
-            }
-            Value::Object(_) | Value::Array(_) => "a group of values".to_owned(),
-            value => {
-                let path = String::new();
-                crate::Variable { name: String::new(), path, value: value.clone() }.text()
-            }
-        };
-        for (path, ours, theirs) in apart.fields.iter().take(FIELDS) {
-            write!(f, "\n    {path}  is {}, was {}", shown(theirs), shown(ours))?;
-        }
-        let more = apart.fields.len().saturating_sub(FIELDS);
-        if more > 0 { write!(f, "\n    and {more} more fields") } else { Ok(()) }
+        write_fields(f, &apart.fields)
     }
+}
+
+/// Fields that differ, one line each.
+fn write_fields(f: &mut fmt::Formatter<'_>, fields: &[Differing]) -> fmt::Result {
+    /// The most that are shown.
+    const FIELDS: usize = 8;
+    let shown = |value: &Value| match value {
+        // One of several kinds of things, with its own parts.
+        Value::Object(parts) if parts.len() == 1 => {
+            parts.keys().next().cloned().unwrap_or_default()
+        }
+        Value::Object(_) | Value::Array(_) => "a group of values".to_owned(),
+        value => {
+            let path = String::new();
+            crate::Variable { name: String::new(), path, value: value.clone() }.text()
+        }
+    };
+    for (path, ours, theirs) in fields.iter().take(FIELDS) {
+        write!(f, "\n    {path}  is {}, was {}", shown(theirs), shown(ours))?;
+    }
+    let more = fields.len().saturating_sub(FIELDS);
+    if more > 0 { write!(f, "\n    and {more} more fields") } else { Ok(()) }
 }
 
 /// The most causes that are followed after the last input.
@@ -152,8 +169,11 @@ impl Debugger {
             theirs.restore(state.clone());
         }
         // Both futures, first as far as they are known, and then as long as something happens.
-        let Some(at) = first_difference(ours, theirs, given, &inputs, end, progress) else {
-            return Err(DebugError::new("cancelled"));
+        let found = first_difference(ours, theirs, given, &inputs, end, progress);
+        let Some((until, found)) = found else { return Err(DebugError::new("cancelled")) };
+        let (at, left) = match found {
+            Ok(apart) => (Some(apart), Vec::new()),
+            Err(left) => (None, left),
         };
         let (history, feed) = (&mut self.history, &mut self.feed);
         // Even at the end of the recording: what would come is never part of what came.
@@ -169,7 +189,6 @@ impl Debugger {
             run_to(history, *at, progress)?;
         }
         run_to(history, end, progress)?;
-        let (until, at) = at;
         match &at {
             Some(apart) => {
                 history.run_to(apart.at.max(end));
@@ -182,7 +201,7 @@ impl Debugger {
             }
         }
         history.drain();
-        Ok(Parting { what: name, branch, at, until })
+        Ok(Parting { what: name, branch, at, until, left })
     }
 
     /// Goes back to before the command that is executed: what comes of it is known where it begins.
@@ -401,7 +420,8 @@ type Piece = (Time, Vec<u8>);
 /// The search was given up.
 struct Cancelled;
 
-/// Where two futures part, and how far they were looked at; `None` if it was cancelled.
+/// How far two futures were looked at, and where they part, or else the fields that differ in the end
+/// all the same; `None` if it was cancelled.
 fn first_difference(
     ours: Controller,
     theirs: Controller,
@@ -409,7 +429,7 @@ fn first_difference(
     inputs: &[TimedInput],
     end: Time,
     progress: &mut Progress<'_>,
-) -> Option<(Time, Option<Apart>)> {
+) -> Option<(Time, Result<Apart, Vec<Differing>>)> {
     let mut ours = Future::new(ours, &[], inputs);
     let mut theirs = Future::new(theirs, given, inputs);
     // First what is known, and then what follows from it.
@@ -420,7 +440,7 @@ fn first_difference(
             if one != other {
                 let times = [&one, &other].into_iter().flatten().map(|(at, _)| *at);
                 let at = times.min().unwrap_or(until);
-                return Some((at, Some(apart(at, ours, theirs, one, other))));
+                return Some((at, Ok(apart(at, ours, theirs, one, other))));
             }
             if one.is_none() {
                 break;
@@ -437,10 +457,13 @@ fn first_difference(
         }
         if differ(&ours.history, &theirs.history) {
             let at = ours.history.now().min(theirs.history.now());
-            return Some((at, Some(apart(at, ours, theirs, None, None))));
+            return Some((at, Ok(apart(at, ours, theirs, None, None))));
         }
     }
-    Some((ours.history.now().max(theirs.history.now()), None))
+    let until = ours.history.now().max(theirs.history.now());
+    ours.history.run_to(until);
+    theirs.history.run_to(until);
+    Some((until, Err(fields_apart(&ours.history, &theirs.history))))
 }
 
 /// What is different at a time.
@@ -457,11 +480,16 @@ fn apart(
             future.run_to(at);
         }
     }
-    let (mine, yours) = (ours.history.device().state(), theirs.history.device().state());
-    let mut fields = differences(&mine, &yours);
-    // The changed field itself always differs.
+    let fields = fields_apart(&ours.history, &theirs.history);
+    Apart { at, command: ours.command, ours: one, theirs: other, fields }
+}
+
+/// The fields in which two states differ, except for the model and the machine, which are what was
+/// changed.
+fn fields_apart(ours: &History<Controller>, theirs: &History<Controller>) -> Vec<Differing> {
+    let mut fields = differences(&ours.device().state(), &theirs.device().state());
     fields.retain(|(path, ..)| {
         !path.starts_with("state.model") && !path.starts_with("state.plant.machine")
     });
-    Apart { at, command: ours.command, ours: one, theirs: other, fields }
+    fields
 }

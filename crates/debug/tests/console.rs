@@ -229,6 +229,50 @@ fn what_if_it_were_otherwise() {
 }
 
 #[test]
+fn what_comes_of_it_without_a_word_is_told() {
+    let mut debugger = moved();
+    let parting = said(&mut debugger, "what if fault push x 7");
+    assert!(parting.contains("nothing else is said, and the counters are the same"), "{parting}");
+    assert!(parting.contains("\n    state.plant.carriage.0  is 7, was 0"), "{parting}");
+    let parting = said(&mut debugger, "what if send @0V");
+    assert!(parting.contains("the futures part"), "{parting}");
+    let parting = said(&mut debugger, "what if quirk lost_steps = false");
+    assert!(parting.contains("nothing else comes of it"), "{parting}");
+}
+
+#[test]
+fn nothing_is_before_the_beginning() {
+    let mut debugger = moved();
+    let beginning = stop(run(&mut debugger, &["goto start"])).place;
+    for line in ["goto -5s", "back 5s", "goto -0s"] {
+        run(&mut debugger, &[line]);
+        assert_eq!(debugger.place(), beginning, "{line}");
+    }
+    run(&mut debugger, &["next x = 400", "goto -10h"]);
+    assert_eq!(debugger.place(), beginning);
+}
+
+/// What came out at a moment is told whichever way one comes there.
+#[test]
+fn a_walk_back_ends_with_what_has_come_out() {
+    let mut debugger = moved();
+    for unit in ["event", "command", "segment", "cause", "byte"] {
+        run(&mut debugger, &["goto start"]);
+        let step = format!("step {unit}");
+        let ahead: Vec<_> = (0..3).map(|_| stop(run(&mut debugger, &[&step]))).collect();
+        run(&mut debugger, &[&step]);
+        for stop_ahead in ahead.iter().rev() {
+            let back = stop(run(&mut debugger, &[&format!("back {unit}")]));
+            assert_eq!(
+                (back.place, back.outputs),
+                (stop_ahead.place, stop_ahead.outputs.clone()),
+                "{unit}"
+            );
+        }
+    }
+}
+
+#[test]
 fn what_is_wrong_is_said_and_nothing_happens() {
     let mut debugger = moved();
     let begin = debugger.place();

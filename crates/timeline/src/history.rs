@@ -242,7 +242,7 @@ impl<D: Device> History<D> {
     // --- what comes out ---
 
     /// What has come out since the last jump and has not been taken. Going over the past again
-    /// yields its output again.
+    /// yields its output again, and a search back that of the act that it has found.
     pub fn outputs(&self) -> &VecDeque<Output> {
         &self.outputs
     }
@@ -431,6 +431,7 @@ impl<D: Device> History<D> {
         let (begin, heading) = (self.present, self.heading);
         let mut place = begin;
         let mut acts = 0_u64;
+        let mut came_out = VecDeque::new();
         let found = loop {
             let track = &self.tracks[place.branch.0 as usize];
             let first = track.snapshots.first().moment;
@@ -470,6 +471,7 @@ impl<D: Device> History<D> {
                         && let Some(at) = sought.between(&self.device, until, Which::Last)
                     {
                         last = Some(Moment { at, ..self.present.moment });
+                        came_out.clear();
                     }
                     if let Some(at) = sought.looked_until() {
                         self.wait_until(at);
@@ -485,6 +487,7 @@ impl<D: Device> History<D> {
                     let asked = itself || self.present.moment < place.moment;
                     if asked && sought.after(&self.device, act, &self.outputs) {
                         last = Some(self.present.moment);
+                        std::mem::swap(&mut self.outputs, &mut came_out);
                     }
                 }
                 if let Some(moment) = last {
@@ -497,7 +500,11 @@ impl<D: Device> History<D> {
         };
         self.heading = heading;
         self.go_to_place(found.unwrap_or(begin));
-        if found.is_some() { Found::Here } else { Found::Nowhere }
+        if found.is_none() {
+            return Found::Nowhere;
+        }
+        self.outputs = came_out;
+        Found::Here
     }
 
     // --- anywhere ---

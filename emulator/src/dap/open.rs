@@ -1,6 +1,8 @@
 //! Opening what is to be debugged: files of commands, programs, plots, jobs and recordings.
 
 use std::fs;
+#[cfg(unix)]
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +17,7 @@ use vimc4_timeline::Progress;
 
 use super::live::{self, Served};
 use crate::failure::Failure;
+use crate::job::file::OR_INPUT;
 use crate::live::Ring;
 use crate::opened::{self, Program, Ways};
 use crate::recording::history::{self, Commands};
@@ -42,6 +45,14 @@ impl Open for Doors {
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Opened>, Refusal> {
         let each = configuration.each();
+        let mut names: Vec<&str> = each.iter().filter_map(|each| each.name.as_deref()).collect();
+        names.sort_unstable();
+        let twice = names.iter().zip(names.iter().skip(1)).find(|(one, other)| one == other);
+        if let Some((twice, _)) = twice {
+            return Err(Refusal(format!(
+                "two controllers are called {twice}; give each a name of its own"
+            )));
+        }
         let several = each.iter().filter(|each| each.serve).count() > 1;
         let mut numbers = 1..;
         let open = |each: &Configuration| {
@@ -81,7 +92,26 @@ impl Open for Doors {
 }
 
 fn refused(failure: Failure) -> Refusal {
-    Refusal::new(failure.text())
+    Refusal(failure.text().replace(OR_INPUT, ""))
+}
+
+/// Whether a file is what the adapter reads its client's messages from.
+fn is_input(name: &str, path: &Path) -> bool {
+    name == "-" || is_behind(path)
+}
+
+#[cfg(unix)]
+fn is_behind(path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    // What is not at hand is told of when it is opened.
+    let at = fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
+    let input = rustix::fs::fstat(io::stdin()).map(|input| (input.st_dev, input.st_ino)).ok();
+    at.is_some() && at == input
+}
+
+#[cfg(not(unix))]
+fn is_behind(_: &Path) -> bool {
+    false
 }
 
 fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Opened, Refusal> {
@@ -89,6 +119,15 @@ fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Op
         Some(folder) => Path::new(folder).join(name),
         None => PathBuf::from(name),
     };
+    let named = [("program", &configuration.program), ("recording", &configuration.recording)];
+    for (attribute, name) in named {
+        if let Some(name) = name.as_deref().filter(|name| is_input(name, &path(name))) {
+            return Err(Refusal(format!(
+                "`{attribute}` cannot be {name}: the adapter reads its client's messages from there; \
+                 name a file"
+            )));
+        }
+    }
     match (&configuration.program, &configuration.recording) {
         (Some(program), None) => read(configuration, path(program), progress)
             .map(|program| opened(program, configuration.keep_going)),
@@ -134,10 +173,11 @@ fn read(
 
 /// A program for an editor: it is sent as one goes on.
 fn opened(program: Program, keeps_going: bool) -> Opened {
-    let Program { name, history, mut source, pieces, start, stored, statement, .. } = program;
+    let Program { name, history, mut source, pieces, lines, start, stored, statement, .. } =
+        program;
     source.name = absolute(Path::new(&source.name));
     let pieces = pieces.into_iter().chain(start).collect();
-    let feed = Feed::new(pieces);
+    let feed = Feed::new(pieces).of_lines(lines);
     let feed = if keeps_going { feed } else { feed.until_error() };
     let debugger = Debugger::over(history).with_source(source).with_feed(feed);
     let (live, said) = (None, String::new());

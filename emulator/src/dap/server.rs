@@ -12,6 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
+use vimc4_dap::framing::{Decoder, Foreign};
 use vimc4_dap::{Incoming, LARGEST, Outgoing, Refusal, Running, Session};
 use vimc4_device::{Time, show_nanos};
 
@@ -103,10 +104,19 @@ pub(super) fn serve(
     }
 }
 
-/// Reads until the end; an error is an end, too.
+/// Reads until the end; an error is an end, too. What is no header is told of.
 fn read(mut input: impl BufRead, sender: &SyncSender<Heard>) {
-    while let Ok(Some(frame)) = framing::read(&mut input, LARGEST) {
-        if sender.send(Heard::Said(Incoming::read(frame))).is_err() {
+    let mut decoder = Decoder::new(LARGEST);
+    loop {
+        let (heard, is_end) = match framing::read(&mut input, &mut decoder) {
+            Ok(Some(frame)) => (Incoming::read(frame), false),
+            Err(error) if error.get_ref().is_some_and(|error| error.is::<Foreign>()) => {
+                let refusal = Refusal(format!("{error}; the session ends"));
+                (Incoming::Unreadable { seq: 0, command: String::new(), refusal }, true)
+            }
+            Ok(None) | Err(_) => return,
+        };
+        if sender.send(Heard::Said(heard)).is_err() || is_end {
             return;
         }
     }

@@ -12,6 +12,9 @@ use crate::text;
 /// The largest job, in bytes: ten million lines fit.
 const LARGEST: u64 = 256 << 20;
 
+/// What is said where standard input can be read as well.
+pub(crate) const OR_INPUT: &str = ", or `-` for standard input";
+
 /// The bytes of a file that must not have more than so many; `-` is standard input.
 pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
@@ -47,9 +50,7 @@ fn too_large(largest: u64) -> io::Error {
 pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
     let name = text::name(path);
     let bytes = bounded(path, LARGEST).map_err(|error| {
-        Failure::usage(format!(
-            "cannot read {name}: {error}; name {what}, or `-` for standard input"
-        ))
+        Failure::usage(format!("cannot read {name}: {error}; name {what}{OR_INPUT}"))
     })?;
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") || is_wide(&bytes) {
         return Err(Failure::usage(format!(

@@ -13,11 +13,13 @@ use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread;
 
+use vimc4_dap::framing::Decoder;
+
 use crate::completions;
 use crate::failure::Failure;
 use crate::job::source::{Reading, Site, Zeros};
 
-use messages::{Incoming, Outgoing};
+use messages::{Incoming, LARGEST, Outgoing};
 use server::Server;
 
 #[derive(clap::Args)]
@@ -71,7 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 /// Reads until the end of the input; an error is an end, too.
 fn read(sender: &Sender<Incoming>) {
     let mut input = io::stdin().lock();
-    while let Ok(Some(message)) = messages::read(&mut input) {
+    let mut decoder = Decoder::new(LARGEST);
+    while let Ok(Some(message)) = messages::read(&mut input, &mut decoder) {
         if sender.send(message).is_err() {
             return;
         }

@@ -9,6 +9,7 @@ use std::rc::Rc;
 use vimc4_timeline::recording::{Entry, ReadError, Reader, Recording};
 
 use crate::failure::Failure;
+use crate::job::file::OR_INPUT;
 use crate::output;
 use crate::text;
 
@@ -155,7 +156,7 @@ impl<R: Read> Read for Counted<R> {
 }
 
 fn unreadable(name: &str, error: io::Error) -> Failure {
-    let text = format!("cannot read {name}: {error}; name a recording, or `-` for standard input");
+    let text = format!("cannot read {name}: {error}; name a recording{OR_INPUT}");
     match error.kind() {
         ErrorKind::InvalidData | ErrorKind::UnexpectedEof => Failure::midway(text),
         _ => Failure::usage(text),
@@ -225,10 +226,10 @@ fn at_place(message: &str, name: &str, line: &[u8], number: u32, column: u32) ->
     Failure::at_line(message, name, &("\n".repeat(place) + &part), number)
 }
 
-/// Writes a recording into a file that is not there yet, or to standard output.
+/// Writes a recording into a file that is not there yet, or to standard output, which is `-` as well.
 pub(super) fn write(recording: &Recording, path: Option<&Path>) -> Result<(), Failure> {
     let bytes = recording.write();
-    let Some(path) = path else {
+    let Some(path) = path.filter(|path| *path != Path::new("-")) else {
         // Recordings are ASCII.
         return output::print(&String::from_utf8_lossy(&bytes));
     };

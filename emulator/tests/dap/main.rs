@@ -307,6 +307,31 @@ fn loops_are_frames_and_are_gone_over_into_and_out_of() {
 }
 
 #[test]
+fn a_step_back_undoes_a_step_in_round_by_round() {
+    let (_folder, program) = file(LOOPS);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    let mut stops = vec![(editor.stack(), editor.console("digest"))];
+    loop {
+        if editor.walk("stepIn")["reason"] != "step" {
+            break;
+        }
+        stops.push((editor.stack(), editor.console("digest")));
+    }
+    assert!(stops.len() > 20, "{stops:?}");
+    for stop in stops.iter().rev() {
+        editor.walk("stepBack");
+        assert_eq!(&(editor.stack(), editor.console("digest")), stop);
+    }
+}
+
+#[test]
+fn a_pause_of_what_stands_still_is_told_of() {
+    let mut editor = Editor::at_entry(drilling());
+    assert_eq!(editor.walk("pause")["reason"], "pause");
+    assert_eq!(editor.line(), 2);
+}
+
+#[test]
 fn one_goes_to_lines_and_back_to_where_frames_began() {
     let mut editor = Editor::at_entry(drilling());
     let source = json!({ "path": example("commands.txt") });
@@ -322,13 +347,15 @@ fn one_goes_to_lines_and_back_to_where_frames_began() {
         (&json!("goto"), &json!("that is nowhere; still here"))
     );
     assert_eq!(editor.line(), 2);
-    assert!(
-        editor.refused("goto", json!({ "threadId": 1, "targetId": back })).contains("no longer")
-    );
-    let targets = editor.ask("gotoTargets", json!({ "source": source, "line": 9 }));
+    // The other one is still there, and both are gone once it has led somewhere.
     editor.ask("goto", json!({ "threadId": 1, "targetId": id(&targets, 1) }));
     editor.event("stopped");
     assert_eq!(editor.line(), 9);
+    assert!(
+        editor.refused("goto", json!({ "threadId": 1, "targetId": back })).contains("no longer")
+    );
+    let nowhere = json!({ "source": source, "line": 0 });
+    assert_eq!(editor.refused("gotoTargets", nowhere), "there is no line 0");
     editor.steps("next", "instruction");
     assert_eq!(editor.value("x"), "2401");
     let stack = editor.ask("stackTrace", json!({ "threadId": 1 }));
@@ -466,6 +493,15 @@ fn fields_and_switches_are_data_breakpoints() {
         set["breakpoints"].as_array().unwrap().iter().all(|set| set["verified"] == true),
         "{set}"
     );
+    let read = json!([{ "dataId": "0:y", "accessType": "read" }]);
+    let read = editor.ask("setDataBreakpoints", json!({ "breakpoints": read }));
+    assert_eq!(read["breakpoints"][0]["verified"], false);
+    assert!(text(&read["breakpoints"][0]["message"]).contains("`write`"), "{read}");
+    let info = editor.ask("dataBreakpointInfo", json!({ "name": "" }));
+    assert_eq!(info["dataId"], Value::Null);
+    editor.ask("setDataBreakpoints", json!({ "breakpoints": [
+        { "dataId": id, "accessType": "write" }, { "dataId": stop }, { "dataId": "0:y", "condition": "y = 800" },
+    ] }));
     let stopped = editor.walk("continue");
     assert_eq!(stopped["reason"], "data breakpoint");
     assert_eq!(editor.value("axes.x.referenced"), "true");
@@ -513,6 +549,15 @@ fn error_replies_are_exceptions() {
     assert_eq!(info["breakMode"], "always");
     assert!(!text(&info["description"]).is_empty());
     assert!(text(&stopped["text"]).contains(&text(&info["description"])));
+    // The rest is not sent, and that is told where everything else has ended.
+    editor.ask("setExceptionBreakpoints", json!({ "filters": [] }));
+    let end = text(&editor.walk("continue")["text"]);
+    let told = format!("the end: line 2: @0Q was answered {code}: ");
+    assert!(
+        end.starts_with(&told) && end.ends_with("; the rest was not sent (`keepGoing` sends it)"),
+        "{end}"
+    );
+    editor.ask("setExceptionBreakpoints", json!({ "filters": ["errors"] }));
     // Another code only.
     editor.ask("reverseContinue", json!({ "threadId": 1 }));
     editor.event("stopped");
@@ -533,6 +578,14 @@ fn error_replies_are_exceptions() {
     }));
     editor.walk("continue");
     assert_eq!(editor.line(), 2);
+    // The same from the other side.
+    let mut editor = Editor::at_entry(json!({ "program": program, "keepGoing": true }));
+    editor.ask("setExceptionBreakpoints", json!({ "filters": ["errors"] }));
+    let stopped = editor.walk("continue");
+    let info = editor.ask("exceptionInfo", json!({ "threadId": 1 }));
+    assert_eq!(editor.walk("next")["reason"], "step");
+    assert_eq!(editor.walk("reverseContinue"), stopped);
+    assert_eq!(editor.ask("exceptionInfo", json!({ "threadId": 1 })), info);
     // A run that nobody looks at says that something was wrong.
     let mut editor = Editor::new();
     editor.ask("launch", json!({ "program": program, "noDebug": true }));
@@ -619,6 +672,12 @@ fn the_console_has_the_commands_of_the_debugger() {
     let mut editor = Editor::at_entry(drilling());
     assert_eq!(editor.console("x + 5"), "5");
     assert_eq!(editor.console("x"), "0", "and not the end");
+    assert_eq!(editor.console("y"), "0", "and not why");
+    for (wrong, right) in [("1/0", "division by 0"), ("z<", "missing"), ("z <", "missing")] {
+        let wrong = json!({ "expression": wrong, "context": "repl" });
+        let said = editor.refused("evaluate", wrong.clone());
+        assert!(said.contains(right) && !said.contains("is not a command"), "{wrong}: {said}");
+    }
     assert!(editor.console("help").contains("Forward and back"));
     assert!(
         editor
@@ -643,6 +702,29 @@ fn the_console_has_the_commands_of_the_debugger() {
     );
     let hover = editor.ask("evaluate", json!({ "expression": "axes.x", "context": "hover" }));
     assert!(hover["variablesReference"].as_i64().unwrap() > 0);
+}
+
+/// As in `vimc4 console`, where the whole file has been sent at the beginning.
+#[test]
+fn the_console_goes_to_what_is_still_to_be_sent() {
+    let mut editor = Editor::at_entry(drilling());
+    editor.console("goto line 9");
+    editor.event("stopped");
+    assert_eq!((editor.line(), editor.value("x")), (9, "2400".to_owned()));
+    editor.console("goto command 4");
+    editor.event("stopped");
+    let fourth = editor.line();
+    editor.console("goto end");
+    editor.event("stopped");
+    let end = (editor.value("at"), editor.value("x"));
+    editor.console("goto -30s");
+    editor.event("stopped");
+    editor.console("goto -5s");
+    assert_eq!(editor.value("at"), "0");
+    let mut other = Editor::at_entry(drilling());
+    other.walk("continue");
+    assert_eq!((other.value("at"), other.value("x")), end);
+    assert_eq!(fourth, 7);
 }
 
 #[test]
@@ -675,7 +757,9 @@ fn stored_programs_are_disassembled() {
             .contains("here")
     );
     let many = json!({ "memoryReference": at, "instructionCount": 1_000_000_000 });
-    assert!(editor.refused("disassemble", many).contains("are the most"));
+    assert!(editor.refused("disassemble", many).contains("from 0 to 10000"));
+    let few = json!({ "memoryReference": at, "instructionCount": -8 });
+    assert!(editor.refused("disassemble", few).contains("and here it is -8"));
     let sources = editor.ask("loadedSources", json!({}))["sources"].as_array().unwrap().clone();
     assert_eq!(sources[0]["path"], program);
     let reference = sources[1]["sourceReference"].clone();
@@ -691,6 +775,7 @@ fn jobs_stop_at_their_questions() {
     let mut editor = Editor::at_entry(json!({ "program": program }));
     assert_eq!(editor.line(), 2);
     let halt = editor.walk("continue");
+    assert_eq!((editor.line(), editor.stack()[0].1.as_str()), (4, "HALT"));
     assert_eq!(
         (&halt["reason"], text(&halt["text"]).contains("line 4: HALT")),
         (&json!("pause"), true),
@@ -699,6 +784,10 @@ fn jobs_stop_at_their_questions() {
     let there = editor.value("x");
     let waits = editor.walk("continue");
     assert!(text(&waits["text"]).contains("line 5 waits for port 0 bit 2 to be 1"), "{waits}");
+    assert_eq!(editor.line(), 5);
+    let ahead = json!({ "expression": "goto line 6", "context": "repl" });
+    let ahead = editor.refused("evaluate", ahead);
+    assert!(ahead.contains("line 5 waits for port 0 bit 2"), "{ahead}");
     assert_eq!(editor.walk("continue")["text"], waits["text"]);
     let signals = editor.scope("Signals");
     editor.ask(
@@ -1207,6 +1296,13 @@ fn nothing_bad_is_left_without_an_answer() {
         (json!({}), "nothing to debug is named"),
         (json!({ "program": "/nowhere.txt" }), "cannot read /nowhere.txt"),
         (json!({ "program": 5 }), "configuration"),
+        (json!({ "program": "-" }), "the adapter reads its client's messages from there"),
+        (json!({ "recording": "-", "cwd": "/tmp" }), "`recording` cannot be -"),
+        (json!({ "program": "/dev/stdin" }), "`program` cannot be /dev/stdin"),
+        (
+            json!({ "program": example("commands.txt"), "controllers": [{ "name": "a" }, { "name": "a" }] }),
+            "two controllers are called a",
+        ),
         (json!({ "program": example("commands.txt"), "recording": "x" }), "not both"),
         (json!({ "program": example("commands.txt"), "model": "nonsense" }), "nonsense"),
         (json!({ "program": example("commands.txt"), "machine": "nonsense" }), "nonsense"),
@@ -1217,6 +1313,7 @@ fn nothing_bad_is_left_without_an_answer() {
     ] {
         let refused = editor.refused("launch", configuration.clone());
         assert!(refused.contains(what), "{configuration}: {refused}");
+        assert!(!refused.contains("standard input"), "{configuration}: {refused}");
     }
     for (bytes, what) in [
         ("Content-Length: 3\r\n\r\n{{{", "no JSON"),
@@ -1230,8 +1327,9 @@ fn nothing_bad_is_left_without_an_answer() {
     }
     let long = 2 << 20;
     editor.write(format!("Content-Length: {long}\r\n\r\n").as_bytes());
-    editor.write(&vec![b' '; long]);
+    // Before it comes.
     assert!(editor.answer(0).unwrap_err().contains("bytes at most"));
+    editor.write(&vec![b' '; long]);
     editor.ask("launch", drilling());
     assert!(editor.refused("launch", drilling()).contains("restart"));
     editor.disconnect();
@@ -1239,6 +1337,8 @@ fn nothing_bad_is_left_without_an_answer() {
     // Who speaks another language is left alone.
     let mut editor = Editor::silent();
     editor.write("x".repeat(20_000).as_bytes());
+    let refused = editor.answer(0).unwrap_err();
+    assert_eq!(refused, "a header has a line without an end; the session ends");
     assert_eq!(editor.leaves(), Some(1));
 }
 

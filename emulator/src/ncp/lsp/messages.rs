@@ -6,12 +6,12 @@ use std::io::{self, BufRead, Write};
 
 use serde::Serialize;
 use serde_json::{Value, json};
-use vimc4_dap::framing::Frame;
+use vimc4_dap::framing::{Decoder, Frame};
 
 use crate::framing;
 
 /// The longest message; no job file is as long.
-const LARGEST: u64 = 256 << 20;
+pub(super) const LARGEST: u64 = 256 << 20;
 
 /// What the client says.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,8 +73,11 @@ impl Refusal {
 }
 
 /// The next message; `None` at the end of the input.
-pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
-    Ok(framing::read(input, LARGEST)?.map(|frame| {
+pub(super) fn read(
+    input: &mut impl BufRead,
+    decoder: &mut Decoder,
+) -> io::Result<Option<Incoming>> {
+    Ok(framing::read(input, decoder)?.map(|frame| {
         let error = match frame {
             Frame::Message(bytes) => return message(&bytes),
             Frame::NoLength => Refusal::parse("a message begins with Content-Length"),
@@ -137,7 +140,9 @@ mod tests {
     use super::*;
 
     fn all(mut bytes: &[u8]) -> Vec<Incoming> {
-        std::iter::from_fn(|| read(&mut bytes).expect("memory can be read")).collect()
+        let mut decoder = Decoder::new(LARGEST);
+        let mut next = || read(&mut bytes, &mut decoder).expect("memory can be read");
+        std::iter::from_fn(&mut next).collect()
     }
 
     fn framed(body: &str) -> String {
