@@ -65,18 +65,21 @@ impl<'t> Reader<'t, '_> {
             return (None, harmless);
         };
         // The part that is left out with the line must not be another command.
-        let hides_another = lenient::hides_a_command(self.rest());
+        let rest = self.rest();
+        let may_be_left_out = || info.is_accessory() && !lenient::hides_a_command(rest);
         let Some(value) = self.form(info, name.span) else {
             self.pass_over();
-            return (None, info.is_accessory() && !hides_another);
+            return (None, may_be_left_out());
         };
         let span = self.whole_command(info, name.span);
         let command = (!self.failed()).then_some(Placed { value, span });
-        let harmless = command.is_some() || info.is_accessory() && !hides_another;
+        if command.is_none() {
+            return (None, may_be_left_out());
+        }
         // A comment in brackets is left out, unless there is more between brackets.
-        let more = lenient::hides_a_command(self.rest());
-        let in_brackets = command.is_some() && self.bracket_comment();
-        (command, harmless && !(in_brackets && more))
+        let rest = self.rest();
+        let harmless = !self.bracket_comment() || !lenient::hides_a_command(rest);
+        (command, harmless)
     }
 
     /// A name may have digits, though no command has one: `G00`.
