@@ -140,6 +140,26 @@ fn a_host_that_heeds_its_answers_is_told_from_one_that_does_not() {
 }
 
 #[test]
+fn a_host_is_not_run_where_it_hears_what_it_has_heard_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let host = format!("echo \"$VIMC4_POINT\" >> points; {CAREFUL}");
+    let only = ["--only", "stop,limit-switch", "--modes", "transient,persistent", "--out"];
+    let alone = [&only[..], &["few", "--jobs", "1", "--limit", "60s"]].concat();
+    let (code, report) = sweep(folder.path(), &alone, &host);
+    let few = lines(folder.path(), "points");
+    fs::remove_file(folder.path().join("points")).unwrap();
+    let all = [&only[..], &["all", "--run-all", "--limit", "60s"]].concat();
+    let (same, whole) = sweep(folder.path(), &all, &host);
+    // Twice without a fault, and then for each point.
+    let points = usize::try_from(report["points"].as_u64().unwrap()).unwrap();
+    assert_eq!(lines(folder.path(), "points"), points + 2);
+    assert!(few < points / 2, "{few} of {points}");
+    // What is found is the same, and every case was seen.
+    assert_eq!((code, report.to_string()), (same, whole.to_string().replace("all/", "few/")));
+    assert_eq!(files(&folder.path().join("few")), files(&folder.path().join("all")));
+}
+
+#[test]
 fn a_host_that_hangs_is_ended_with_all_that_it_has_started() {
     let folder = tempfile::tempdir().unwrap();
     // It waits for an answer for ever, and so does what it has started.

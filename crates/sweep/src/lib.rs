@@ -8,16 +8,19 @@
 //! equal behaviour, and [`Results`] collects outcomes in any order and from anywhere.
 //!
 //! A recorded session is swept by [`Session`], from snapshots. Where the host is a program, somebody
-//! else runs it, and [`Session`] plays what it has done to find out what came of it.
+//! else runs it, and [`Session`] plays what it has done to find out what came of it. Where it would hear what
+//! it has heard before, [`Habits`] knows what it will do.
 #![forbid(unsafe_code)]
 
 mod account;
+mod habits;
 mod outcome;
 mod plan;
 mod results;
 mod session;
 
 pub use account::{Account, AxisEnd, CommandPlace, End, Exchange, MotionPlace};
+pub use habits::Habits;
 pub use outcome::{Cue, Exit, Heard, MachineEnd, Outcome, Then, Verdict};
 pub use plan::{Choice, Harm, Mode, Place, Plan, Point, Shard, ShardError};
 pub use results::{Case, Group, Results, ResultsError, Row, key};

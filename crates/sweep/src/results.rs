@@ -125,14 +125,12 @@ impl Results {
         case: impl FnOnce() -> Option<Case>,
     ) -> Vec<Row> {
         let mut lines = Vec::new();
-        // Every outcome can be written down.
-        let key = key(&serde_json::to_vec(outcome).unwrap_or_default());
+        let key = key_of(outcome);
         if !self.outcomes.contains_key(&key) {
             let is = Box::new(outcome.clone());
             lines.push(Row::Outcome { key: key.clone(), is });
         }
-        let known = self.cases.get(&key).map(Case::rank);
-        if known.is_none_or(|known| (size, point) < known)
+        if self.is_smallest(point, outcome, size)
             && let Some(case) = case()
         {
             lines.push(Row::Case(Box::new(case)));
@@ -142,6 +140,13 @@ impl Results {
             self.take(line.clone());
         }
         lines
+    }
+
+    /// Whether what was found would be the smallest case of its outcome.
+    #[must_use]
+    pub fn is_smallest(&self, point: u64, outcome: &Outcome, size: u64) -> bool {
+        let known = self.cases.get(&key_of(outcome)).map(Case::rank);
+        known.is_none_or(|known| (size, point) < known)
     }
 
     /// Takes a line, and says whether it belongs here.
@@ -249,4 +254,10 @@ pub fn key(bytes: &[u8]) -> String {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3)
     });
     format!("{hash:016x}")
+}
+
+/// The short name of an outcome.
+pub(crate) fn key_of(outcome: &Outcome) -> String {
+    // Every outcome can be written down.
+    key(&serde_json::to_vec(outcome).unwrap_or_default())
 }

@@ -5,10 +5,10 @@ use vimc4_device::{Device, FaultNumber, Faulting, MAX_CAUSES, OwnedInput, Time, 
 use crate::account::{Account, Witness, by_lines};
 use crate::outcome::{Exit, Outcome, part, whereabouts};
 use crate::plan::{Base, Choice, Harm, Plan, Point};
-use crate::results::{Case, key};
+use crate::results::{Case, key, key_of};
 
 /// So many causes may follow the last input; an endless program goes on for ever.
-const AFTERWARDS: u32 = 100_000;
+pub(crate) const AFTERWARDS: u32 = 100_000;
 
 /// So many snapshots are kept at most.
 const SNAPSHOTS: usize = 2_000;
@@ -87,6 +87,11 @@ impl<D: Device + Clone> Session<D> {
     #[must_use]
     pub fn device(&self) -> &D {
         &self.start
+    }
+
+    /// The bytes that end a line of the host.
+    pub(crate) fn ends(&self) -> &[u8] {
+        &self.ends
     }
 
     /// A number that is equal for equal sessions: what was said and heard, and the points.
@@ -212,11 +217,6 @@ impl<D: Device + Clone> Session<D> {
 fn base<D>(witness: &Witness<D>) -> Base {
     let Witness { sent, heard, begun, answered, .. } = *witness;
     Base { sent, heard, begun, answered }
-}
-
-fn key_of(outcome: &Outcome) -> String {
-    // Every outcome can be written down.
-    key(&serde_json::to_vec(outcome).unwrap_or_default())
 }
 
 fn numbered(faults: Vec<vimc4_device::Fault>) -> Vec<OwnedInput> {

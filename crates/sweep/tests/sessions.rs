@@ -2,9 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use vimc4_catalogue::{Controller, machine, model};
-use vimc4_device::{Device, Input, Line, Time, TimedInput};
+use vimc4_device::{Device, Harness, Input, Line, OwnedInput, Time, TimedInput};
 use vimc4_sweep::{
-    Choice, Exit, Harm, Heard, MachineEnd, Mode, Place, Results, Session, Shard, Then, Verdict,
+    Choice, Exit, Habits, Harm, Heard, MachineEnd, Mode, Place, Results, Session, Shard, Then,
+    Verdict,
 };
 
 fn device(name: &str) -> Line<Controller> {
@@ -229,4 +230,70 @@ fn every_family_can_be_swept() {
         session.run_point(number).unwrap();
     }
     assert_eq!(session.device().now(), device.now());
+}
+
+/// A host that says its lines and asks where it is in the end; at a wrong answer it ends, at none it hangs.
+/// Whether it waits for its answers decides when the next line comes.
+fn host(faults: &[OwnedInput], lines: &[&str], waits: bool) -> (Vec<TimedInput>, Exit) {
+    let mut harness = Harness::new(device("imc-s8")).keeping_given();
+    for fault in faults {
+        harness.input(fault.as_input());
+    }
+    let mut exit = Exit::Code(0);
+    for line in lines {
+        harness.send(format!("{line}\r").as_bytes());
+        if waits {
+            harness.run_to_rest().unwrap();
+        }
+        match &harness.take_bytes()[..] {
+            [] if waits => exit = Exit::Hung,
+            [] | [b'0', ..] => continue,
+            _ => exit = Exit::Code(1),
+        }
+        break;
+    }
+    harness.run_to_rest().unwrap();
+    (harness.take_given(), exit)
+}
+
+#[test]
+fn what_a_host_would_do_again_is_known_and_nothing_else() {
+    let choice = Choice { live: true, ..Choice::default() };
+    let (given, exit) = host(&[], &LINES[..4], true);
+    let session = Session::new(device("imc-s8"), &given, Time::ZERO, b"\r", &choice);
+    let mut habits = Habits::new(&session, &given, exit).unwrap();
+    let (mut known, mut hung) = (0, 0);
+    for number in 0..session.plan().len() {
+        let faults = session.begin(&session.plan().point(number).unwrap());
+        let (given, exit) = host(&faults, &LINES[..4], true);
+        let foretold = habits.foretell(&session, number);
+        if let Some((foretold, end)) = foretold {
+            assert_eq!((foretold, end), (given, exit), "{number}");
+            known += 1;
+            continue;
+        }
+        habits.learn(&session, &given, exit);
+        let foretold = habits.foretell(&session, number);
+        // A host that was too slow once may be faster next time.
+        if exit == Exit::Hung && foretold.is_none() {
+            hung += 1;
+            habits.learn(&session, &given, exit);
+        }
+        assert_eq!(habits.foretell(&session, number), Some((given, exit)), "{number}");
+    }
+    assert!(hung > 1 && known * 2 > session.plan().len(), "{hung} {known}");
+    // One that does something else where it hears the same is not foretold any more.
+    let number = number(&session, Place::Answer(2), Harm::PowerOff, Mode::Persistent);
+    let faults = session.begin(&session.plan().point(number).unwrap());
+    assert!(habits.foretell(&session, number).is_some());
+    habits.learn(&session, &host(&faults, &LINES[..3], true).0, Exit::Code(1));
+    assert_eq!(habits.foretell(&session, number), None);
+}
+
+#[test]
+fn a_host_that_does_not_wait_for_its_answers_is_not_foretold() {
+    let choice = Choice { live: true, ..Choice::default() };
+    let (given, exit) = host(&[], &LINES[..4], false);
+    let session = Session::new(device("imc-s8"), &given, Time::ZERO, b"\r", &choice);
+    assert!(Habits::new(&session, &given, exit).is_none());
 }

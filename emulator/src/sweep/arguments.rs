@@ -23,7 +23,8 @@ STOP, the emergency stop, a limit switch, a power failure. Each goes wrong once 
 time passes whenever nobody is busy. The command finds it in VIMC4_PORT, a serial port, or VIMC4_TCP,
 HOST:PORT, and wherever {port} or {tcp} stands in its arguments.
 
-Runs in which the host does the same are one outcome. Of each the smallest case is kept as a recording, which
+Where the host would hear what it has heard in another run, it is not run again: it does the same. Runs in \
+which the host does the same are one outcome. Of each the smallest case is kept as a recording, which
 `vimc4 replay` and `vimc4 console` open.
 
 With a recorded session the inputs are what they are, and what differs are the answers and where the machine ends
@@ -56,8 +57,8 @@ pub(crate) struct Arguments {
     /// Its machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "mill", conflicts_with = "session", add = completions::machines())]
     pub(super) machine: String,
-    /// How many runs at the same time; by default four for each processor with a host command, which mostly
-    /// waits, and one with a recorded session
+    /// How many runs at the same time; by default four for each processor with a host command, not counting
+    /// those that seem to wait, and one with a recorded session
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(super) jobs: Option<u16>,
     /// Do only a part of the points, as in 3/16: every sixteenth, from the third on
@@ -69,10 +70,13 @@ pub(crate) struct Arguments {
     /// The folder for the results
     #[arg(long, value_name = "DIR", default_value = "sweep-results")]
     pub(super) out: PathBuf,
-    /// How long a run of the host may take; by default twenty times as long as without a fault, and at
-    /// least 2s
+    /// How long a run of the host may take; by default twenty times as long as without a fault, at least
+    /// 2s, and longer while all are slow
     #[arg(long, value_name = "TIME", value_parser = duration)]
     pub(super) limit: Option<Duration>,
+    /// Run the host for every point, also where it hears what it has heard in another run
+    #[arg(long, conflicts_with = "session")]
+    pub(super) run_all: bool,
     /// What goes wrong; misread and lost-steps only if they are named, since no answer tells a host of them
     #[arg(long, value_name = "HARM", value_delimiter = ',', value_parser = harm_names())]
     pub(super) only: Vec<String>,

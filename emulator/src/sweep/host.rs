@@ -8,19 +8,22 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel, sync_channel};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError, RwLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
 #[cfg(unix)]
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-use vimc4::sweep::{Case, Exit, Found, Results, Session, Stand};
+use vimc4::sweep::{Case, Exit, Found, Habits, Results, Session, Stand};
 use vimc4_device::{Fault, TimedInput};
 
 use super::arguments::Arguments;
 use super::folder::Folder;
 #[cfg(unix)]
 use super::guard::Guard;
+use super::limit::Limit;
+use super::slots::{Slot, Slots};
 use super::{reel, report};
 use crate::failure::Failure;
 use crate::recording::controller::PlayedDevice;
@@ -36,11 +39,19 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const LONGER: u32 = 20;
 const SHORTEST: Duration = Duration::from_secs(2);
 
+/// So many hosts run at the same time for each processor, and so many with those that have taken a quarter
+/// of their time limit: they seem to wait, and need no processor.
+const FEW: usize = 4;
+const MANY: usize = 12;
+
 /// What is needed to run a host.
 struct Runs<'a> {
     arguments: &'a Arguments,
-    limit: Duration,
+    limit: Limit,
     stand: Stand,
+    slots: Slots,
+    /// What the host does after what it has heard, where that can be known.
+    habits: Option<RwLock<Habits>>,
     #[cfg(unix)]
     guard: Guard,
 }
@@ -52,7 +63,7 @@ struct Ran {
     printed: Vec<u8>,
 }
 
-/// What a job hands over.
+/// What came of a point.
 struct Judged {
     found: Found,
     case: Case,
@@ -64,53 +75,47 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let stand = Stand::new(&arguments.model, &arguments.machine)?;
     let mut runs = Runs {
         arguments,
-        limit: arguments.limit.unwrap_or(PATIENCE),
+        limit: Limit::new(arguments.limit.unwrap_or(PATIENCE)),
         stand,
+        slots: Slots::new(arguments.jobs(FEW)),
+        habits: None,
         #[cfg(unix)]
         guard: Guard::start()
             .map_err(|error| Failure::usage(format!("cannot start a process: {error}")))?,
     };
     let began = Instant::now();
-    let session = runs.clean()?;
+    let (session, given) = runs.clean()?;
     // It was run twice.
     let usual = (began.elapsed() / 2).saturating_mul(LONGER).max(SHORTEST);
-    runs.limit = arguments.limit.unwrap_or(usual);
+    runs.limit = arguments.limit.map_or_else(|| Limit::growing(usual), Limit::new);
+    if !arguments.run_all {
+        runs.habits = Habits::new(&session, &given, Exit::Code(0)).map(RwLock::new);
+    }
     let results = Results::of(session.fingerprint(), session.plan().len());
-    let mut folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
+    let folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
     let progress = report::progress(open.len() as u64);
-    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let jobs = arguments.jobs(4);
-    let ended = thread::scope(|scope| {
-        let (done, judged) = sync_channel::<Result<Judged, Failure>>(jobs);
-        for _ in 0..jobs {
-            let (done, next, failed) = (done.clone(), &next, &failed);
-            let (open, runs, session) = (&open, &runs, &session);
-            scope.spawn(move || {
-                while let Some(number) = open.get(next.fetch_add(1, Ordering::Relaxed))
-                    && !failed.load(Ordering::Relaxed)
-                {
-                    let Some(judged) = runs.judge(session, *number).transpose() else { continue };
-                    if done.send(judged).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-        drop(done);
-        for judged in judged {
+    let (next, failed, folder) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(folder));
+    let work = || {
+        while let Some(number) = open.get(next.fetch_add(1, Ordering::Relaxed))
+            && !failed.load(Ordering::Relaxed)
+        {
+            runs.point(&folder, &session, *number)
+                .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             progress.inc(1);
-            if let Err(failure) = judged.and_then(|it| runs.take(&mut folder, &session, it)) {
-                failed.store(true, Ordering::Relaxed);
-                return Err(failure);
-            }
         }
         Ok(())
+    };
+    let workers = arguments.jobs(MANY);
+    let ended: Vec<Result<(), Failure>> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let panicked = |panic| std::panic::resume_unwind(panic);
+        workers.into_iter().map(|worker| worker.join().unwrap_or_else(panicked)).collect()
     });
     progress.finish_and_clear();
-    ended?;
-    let results = folder.finish()?;
+    ended.into_iter().collect::<Result<(), Failure>>()?;
+    let results = folder.into_inner().unwrap_or_else(PoisonError::into_inner).finish()?;
     let words: Vec<String> =
         arguments.command.iter().map(|word| shown_in_line(&word.to_string_lossy())).collect();
     let (what, out) = (words.join(" "), &arguments.out);
@@ -119,7 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 
 impl Runs<'_> {
     /// The host without a fault, twice: it has to succeed, and to do the same again.
-    fn clean(&self) -> Result<Session<PlayedDevice>, Failure> {
+    fn clean(&self) -> Result<(Session<PlayedDevice>, Vec<TimedInput>), Failure> {
         let mut sessions = Vec::new();
         for _ in 0..2 {
             let ran = self.host(&[], "without a fault")?;
@@ -127,7 +132,7 @@ impl Runs<'_> {
                 let how = match ran.exit {
                     Exit::Code(code) => format!("ends with exit code {code}"),
                     Exit::Signal(signal) => format!("is ended by signal {signal}"),
-                    _ => format!("does not end within {:?}", self.limit),
+                    _ => format!("does not end within {:?}", self.limit.now()),
                 };
                 let printed = String::from_utf8_lossy(&ran.printed);
                 let last = printed.lines().rfind(|line| !line.trim().is_empty());
@@ -145,13 +150,13 @@ impl Runs<'_> {
                      VIMC4_PORT, or where {port} stands in its arguments",
                 ));
             }
-            sessions.push(session);
+            sessions.push((session, ran.given));
         }
         let (Some(two), Some(one)) = (sessions.pop(), sessions.pop()) else {
             return Err(Failure::midway("the host was not run"));
         };
-        if one.fingerprint() != two.fingerprint() {
-            let pairs = one.clean().exchanges.iter().zip(&two.clean().exchanges);
+        if one.0.fingerprint() != two.0.fingerprint() {
+            let pairs = one.0.clean().exchanges.iter().zip(&two.0.clean().exchanges);
             let differs = pairs.filter(|(one, two)| one != two).map(|(one, _)| &one.said).next();
             let line = differs.map_or_else(String::new, |said| {
                 format!(", first at `{}`", vimc4_device::escape(said))
@@ -164,8 +169,38 @@ impl Runs<'_> {
         Ok(one)
     }
 
+    /// What comes of the faults of a point. If the host would hear what it has heard before, that is known;
+    /// but what is shown to people was seen.
+    fn point(
+        &self,
+        folder: &Mutex<Folder>,
+        session: &Session<PlayedDevice>,
+        number: u64,
+    ) -> Result<(), Failure> {
+        let folder = || folder.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = self.known(session, number) {
+            let Found { outcome, size, .. } = &known.found;
+            if !folder().results.is_smallest(number, outcome, *size) {
+                return self.take(&mut folder(), session, known);
+            }
+        }
+        match self.tried(session, number)? {
+            Some(tried) => self.take(&mut folder(), session, tried),
+            None => Ok(()),
+        }
+    }
+
+    /// What comes of the faults of a point, without running the host.
+    fn known(&self, session: &Session<PlayedDevice>, number: u64) -> Option<Judged> {
+        let habits = self.habits.as_ref()?.read().unwrap_or_else(PoisonError::into_inner);
+        let (given, exit) = habits.foretell(session, number)?;
+        drop(habits);
+        let (found, case) = session.judge(number, &given, exit)?;
+        Some(Judged { found, case, given, printed: Vec::new() })
+    }
+
     /// Runs the host with the faults of a point.
-    fn judge(
+    fn tried(
         &self,
         session: &Session<PlayedDevice>,
         number: u64,
@@ -173,6 +208,10 @@ impl Runs<'_> {
         let Some(point) = session.plan().point(number) else { return Ok(None) };
         let faults = session.plan().faults(session.clean(), &point);
         let Ran { given, exit, printed } = self.host(&faults, &number.to_string())?;
+        if let Some(habits) = &self.habits {
+            let mut habits = habits.write().unwrap_or_else(PoisonError::into_inner);
+            habits.learn(session, &given, exit);
+        }
         let judged = session.judge(number, &given, exit);
         Ok(judged.map(|(found, case)| Judged { found, case, given, printed }))
     }
@@ -204,6 +243,7 @@ impl Runs<'_> {
 
     /// Runs the host once, with a controller of its own.
     fn host(&self, faults: &[Fault], point: &str) -> Result<Ran, Failure> {
+        let slot = self.slots.take();
         let trial = self.stand.begin(faults)?;
         let port = trial.emulator().port().map(Path::to_owned).unwrap_or_default();
         let tcp =
@@ -225,7 +265,7 @@ impl Runs<'_> {
         command.env("VIMC4_POINT", point).stdin(Stdio::null());
         command.stdout(printed.try_clone().map_err(cannot)?);
         command.stderr(printed.try_clone().map_err(cannot)?);
-        let exit = self.wait(&mut command).map_err(cannot)?;
+        let exit = self.wait(&mut command, slot).map_err(cannot)?;
         // Ends the controller last, so that the host finds it as long as it runs.
         let given = trial.end()?;
         let mut text = Vec::new();
@@ -238,13 +278,12 @@ impl Runs<'_> {
 
     /// Runs it to its end, or to the time limit. Nothing of it is left then.
     #[cfg(unix)]
-    fn wait(&self, command: &mut Command) -> io::Result<Exit> {
+    fn wait(&self, command: &mut Command, slot: Slot<'_>) -> io::Result<Exit> {
         self.guard.mark(command);
         let mut child = command.process_group(0).spawn()?;
         let group = Pid::from_child(&child);
         self.guard.begins(group);
         let (ended, ends) = channel();
-        let limit = self.limit;
         let status = thread::scope(|scope| {
             scope.spawn(move || {
                 // Not reaped yet, its number is still its own.
@@ -252,7 +291,7 @@ impl Runs<'_> {
                 let _ = waitid(WaitId::Pid(group), options);
                 let _ = ended.send(());
             });
-            let in_time = ends.recv_timeout(limit) != Err(RecvTimeoutError::Timeout);
+            let in_time = self.limit.wait(&ends, slot) != Err(RecvTimeoutError::Timeout);
             // What it has started goes with it.
             let _ = kill_process_group(group, Signal::KILL);
             in_time
@@ -264,14 +303,14 @@ impl Runs<'_> {
 
     /// The same where there are no groups of processes: the system ends all that the host has started.
     #[cfg(not(unix))]
-    fn wait(&self, command: &mut Command) -> io::Result<Exit> {
+    fn wait(&self, command: &mut Command, slot: Slot<'_>) -> io::Result<Exit> {
         let mut child = command.spawn()?;
         let number = child.id().to_string();
         let (ended, ends) = channel();
         thread::scope(|scope| {
             // As long as the child is held there, its number is its own.
             scope.spawn(move || ended.send(child.wait()));
-            match ends.recv_timeout(self.limit) {
+            match self.limit.wait(&ends, slot) {
                 Ok(status) => Ok(exit(status?)),
                 Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::BrokenPipe.into()),
                 Err(RecvTimeoutError::Timeout) => {

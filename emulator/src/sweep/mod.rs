@@ -5,9 +5,11 @@ mod folder;
 #[cfg(unix)]
 mod guard;
 mod host;
+mod limit;
 mod recorded;
 mod reel;
 mod report;
+mod slots;
 
 use std::process::ExitCode;
 
