@@ -7,6 +7,7 @@ use vimc4_device::{Device, Harness, OwnedInput, TimedInput};
 
 use crate::account::by_lines;
 use crate::outcome::Exit;
+use crate::plan::Point;
 use crate::session::{AFTERWARDS, Session};
 
 /// Nothing is learned from a run with more inputs than this: a host that polls for ever would fill the
@@ -21,16 +22,31 @@ const LONGEST: usize = 10_000;
 /// spoils a command, and is answered as one.
 #[derive(Clone, Debug, Default)]
 pub struct Habits {
-    /// By the moment, which is all that was said and heard before, and what was heard since then.
-    deeds: BTreeMap<(usize, Vec<u8>), Deed>,
-    /// The number of the last moment; 0 is the beginning.
+    /// By the moment, which is the number of what was said last, and what was heard since then.
+    deeds: BTreeMap<Moment, Deed>,
+    /// The last of the numbers; 0 is the beginning.
     last: usize,
 }
+
+/// What is known of the run of a host.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Foretold {
+    /// What it gives, and how it ends.
+    Known(Vec<TimedInput>, Exit),
+    /// It comes to a moment in which it was not seen before. A run that comes to the same may tell.
+    Unknown(Moment),
+    /// It comes to a moment in which it does now this and now that.
+    Unclear,
+}
+
+/// A moment in the run of a host: all that was said and heard.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Moment(usize, Vec<u8>);
 
 /// What a host does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Deed {
-    /// It sends this, which leads to another moment.
+    /// It sends this, which has a number.
     Says(Bytes, usize),
     /// It ends. So often that was seen.
     Ends(Exit, u32),
@@ -48,7 +64,7 @@ impl Habits {
     ) -> Option<Habits> {
         let mut habits = Habits::default();
         habits.learn(session, given, exit);
-        habits.follow(session, Vec::new()).is_some().then_some(habits)
+        matches!(habits.follow(session, Vec::new()), Foretold::Known(..)).then_some(habits)
     }
 
     /// Learns from a run in which a host has given this and has ended so.
@@ -62,66 +78,60 @@ impl Habits {
             return;
         }
         let mut harness = Harness::new(session.device().clone());
-        let mut moment = 0;
+        let mut number = 0;
         for given in by_lines(given, session.ends()) {
             harness.run_to(given.at);
             if let OwnedInput::Bytes(bytes) = &given.input {
                 let next = self.last + 1;
                 let says = Deed::Says(bytes.clone(), next);
-                match self.deeds.entry((moment, harness.take_bytes())).or_insert(says) {
-                    Deed::Says(said, then) if said == bytes => moment = *then,
+                match self.deeds.entry(Moment(number, harness.take_bytes())).or_insert(says) {
+                    Deed::Says(said, then) if said == bytes => number = *then,
                     deed => {
                         *deed = Deed::Unclear;
                         return;
                     }
                 }
-                self.last = self.last.max(moment);
+                self.last = self.last.max(number);
             }
             harness.play(&given);
         }
         if !rests(&mut harness) {
             return;
         }
-        match self.deeds.entry((moment, harness.take_bytes())).or_insert(Deed::Ends(exit, 0)) {
+        match self.deeds.entry(Moment(number, harness.take_bytes())).or_insert(Deed::Ends(exit, 0))
+        {
             Deed::Ends(known, times) if *known == exit => *times = times.saturating_add(1),
             deed => *deed = Deed::Unclear,
         }
     }
 
-    /// What the host will give, and how it will end, with the faults of a point; `None` if it has not been
-    /// seen where they lead it. That it hangs has to have been seen twice: once it may just have been slow.
+    /// What the host will do with the faults of a point. That it hangs has to have been seen twice: once it
+    /// may just have been slow.
     #[must_use]
-    pub fn foretell<D: Device + Clone>(
-        &self,
-        session: &Session<D>,
-        number: u64,
-    ) -> Option<(Vec<TimedInput>, Exit)> {
-        let point = session.plan().point(number)?;
-        self.follow(session, session.begin(&point))
+    pub fn foretell<D: Device + Clone>(&self, session: &Session<D>, point: &Point) -> Foretold {
+        self.follow(session, session.begin(point))
     }
 
-    fn follow<D: Device + Clone>(
-        &self,
-        session: &Session<D>,
-        first: Vec<OwnedInput>,
-    ) -> Option<(Vec<TimedInput>, Exit)> {
+    fn follow<D: Device + Clone>(&self, session: &Session<D>, first: Vec<OwnedInput>) -> Foretold {
         let mut harness = Harness::new(session.device().clone()).keeping_given();
         for input in first {
             harness.input(input.as_input());
         }
-        let mut moment = 0;
+        let mut number = 0;
         // A host answers when the controller rests: it is slower.
         while rests(&mut harness) {
-            match self.deeds.get(&(moment, harness.take_bytes()))? {
-                Deed::Says(bytes, then) => {
+            let moment = Moment(number, harness.take_bytes());
+            match self.deeds.get(&moment) {
+                Some(Deed::Says(bytes, then)) => {
                     harness.send(bytes);
-                    moment = *then;
+                    number = *then;
                 }
-                Deed::Unclear | Deed::Ends(Exit::Hung, ..=1) => return None,
-                Deed::Ends(exit, _) => return Some((harness.take_given(), *exit)),
+                None | Some(Deed::Ends(Exit::Hung, ..=1)) => return Foretold::Unknown(moment),
+                Some(Deed::Ends(exit, _)) => return Foretold::Known(harness.take_given(), *exit),
+                Some(Deed::Unclear) => break,
             }
         }
-        None
+        Foretold::Unclear
     }
 }
 

@@ -20,7 +20,7 @@ mod results;
 mod session;
 
 pub use account::{Account, AxisEnd, CommandPlace, End, Exchange, MotionPlace};
-pub use habits::Habits;
+pub use habits::{Foretold, Habits, Moment};
 pub use outcome::{Cue, Exit, Heard, MachineEnd, Outcome, Then, Verdict};
 pub use plan::{Choice, Harm, Mode, Place, Plan, Point, Shard, ShardError};
 pub use results::{Case, Group, Results, ResultsError, Row, key};

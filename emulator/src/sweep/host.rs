@@ -15,10 +15,11 @@ use std::time::{Duration, Instant};
 
 #[cfg(unix)]
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-use vimc4::sweep::{Case, Exit, Found, Habits, Results, Session, Stand};
+use vimc4::sweep::{Case, Exit, Foretold, Found, Habits, Point, Results, Session, Stand};
 use vimc4_device::{Fault, TimedInput};
 
 use super::arguments::Arguments;
+use super::asked::Asked;
 use super::folder::Folder;
 #[cfg(unix)]
 use super::guard::Guard;
@@ -52,6 +53,8 @@ struct Runs<'a> {
     slots: Slots,
     /// What the host does after what it has heard, where that can be known.
     habits: Option<RwLock<Habits>>,
+    /// What is being found out.
+    asked: Asked,
     #[cfg(unix)]
     guard: Guard,
 }
@@ -79,6 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         stand,
         slots: Slots::new(arguments.jobs(FEW)),
         habits: None,
+        asked: Asked::default(),
         #[cfg(unix)]
         guard: Guard::start()
             .map_err(|error| Failure::usage(format!("cannot start a process: {error}")))?,
@@ -95,13 +99,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
+    let open = mixed(&open);
     let progress = report::progress(open.len() as u64);
     let (next, failed, folder) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(folder));
     let work = || {
         while let Some(number) = open.get(next.fetch_add(1, Ordering::Relaxed))
             && !failed.load(Ordering::Relaxed)
         {
-            runs.point(&folder, &session, *number)
+            let Some(point) = session.plan().point(*number) else { continue };
+            runs.point(&folder, &session, &point)
                 .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             progress.inc(1);
         }
@@ -175,45 +181,42 @@ impl Runs<'_> {
         &self,
         folder: &Mutex<Folder>,
         session: &Session<PlayedDevice>,
-        number: u64,
+        point: &Point,
     ) -> Result<(), Failure> {
         let folder = || folder.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = self.known(session, number) {
-            let Found { outcome, size, .. } = &known.found;
-            if !folder().results.is_smallest(number, outcome, *size) {
-                return self.take(&mut folder(), session, known);
+        let mut asking = None;
+        while let Some(habits) = self.habits.as_ref().filter(|_| asking.is_none()) {
+            let foretold =
+                habits.read().unwrap_or_else(PoisonError::into_inner).foretell(session, point);
+            match foretold {
+                Foretold::Known(given, exit) => {
+                    let Some((found, case)) = session.judge(point.number, &given, exit) else {
+                        break;
+                    };
+                    if folder().results.is_smallest(point.number, &found.outcome, found.size) {
+                        break;
+                    }
+                    let known = Judged { found, case, given, printed: Vec::new() };
+                    return self.take(&mut folder(), session, known);
+                }
+                // Another run may tell.
+                Foretold::Unknown(moment) => asking = self.asked.begin(moment),
+                Foretold::Unclear => break,
             }
         }
-        match self.tried(session, number)? {
-            Some(tried) => self.take(&mut folder(), session, tried),
-            None => Ok(()),
-        }
-    }
-
-    /// What comes of the faults of a point, without running the host.
-    fn known(&self, session: &Session<PlayedDevice>, number: u64) -> Option<Judged> {
-        let habits = self.habits.as_ref()?.read().unwrap_or_else(PoisonError::into_inner);
-        let (given, exit) = habits.foretell(session, number)?;
-        drop(habits);
-        let (found, case) = session.judge(number, &given, exit)?;
-        Some(Judged { found, case, given, printed: Vec::new() })
-    }
-
-    /// Runs the host with the faults of a point.
-    fn tried(
-        &self,
-        session: &Session<PlayedDevice>,
-        number: u64,
-    ) -> Result<Option<Judged>, Failure> {
-        let Some(point) = session.plan().point(number) else { return Ok(None) };
-        let faults = session.plan().faults(session.clean(), &point);
-        let Ran { given, exit, printed } = self.host(&faults, &number.to_string())?;
+        let Ran { given, exit, printed } =
+            self.host(&session.plan().faults(session.clean(), point), &point.number.to_string())?;
         if let Some(habits) = &self.habits {
             let mut habits = habits.write().unwrap_or_else(PoisonError::into_inner);
             habits.learn(session, &given, exit);
         }
-        let judged = session.judge(number, &given, exit);
-        Ok(judged.map(|(found, case)| Judged { found, case, given, printed }))
+        drop(asking);
+        match session.judge(point.number, &given, exit) {
+            Some((found, case)) => {
+                self.take(&mut folder(), session, Judged { found, case, given, printed })
+            }
+            None => Ok(()),
+        }
     }
 
     /// Takes note of what came of a point.
@@ -324,6 +327,14 @@ impl Runs<'_> {
             }
         })
     }
+}
+
+/// The same numbers in an order in which neighbours are far apart: what is alike then comes one after the
+/// other, and not at the same time.
+fn mixed(numbers: &[u64]) -> Vec<u64> {
+    let parts = numbers.len().isqrt().max(1);
+    let part = |first: usize| numbers.iter().skip(first).step_by(parts).copied();
+    (0..parts).flat_map(part).collect()
 }
 
 fn exit(status: ExitStatus) -> Exit {

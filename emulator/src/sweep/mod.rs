@@ -1,6 +1,7 @@
 //! `vimc4 sweep`: every fault that can strike host software or a recorded session, one after the other.
 
 mod arguments;
+mod asked;
 mod folder;
 #[cfg(unix)]
 mod guard;
