@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PyString};
+use pyo3::types::{PyBytes, PyInt, PyList, PyString};
 use vimc4::device::Device as _;
 use vimc4::{GroupError, Names, Simulation, Time};
 
@@ -50,7 +50,10 @@ pub(crate) struct Member {
 
 /// A state of a group, with its simulation.
 #[pyclass(frozen, module = "vimc4._vimc4")]
-pub(crate) struct GroupState(vimc4::GroupState<Plant>);
+pub(crate) struct GroupState {
+    group: u64,
+    state: vimc4::GroupState<Plant>,
+}
 
 /// The controllers of a group as its simulation sees them, at one instant.
 #[pyclass(frozen, module = "vimc4._vimc4")]
@@ -58,6 +61,7 @@ pub(crate) struct World {
     group: u64,
     now: Time,
     views: Vec<vimc4::View>,
+    signals: Vec<Vec<vimc4::Signal>>,
     set: Mutex<Vec<(usize, String, i32)>>,
 }
 
@@ -100,7 +104,10 @@ impl Plant {
     /// Calls a method with what it sees, and passes on what it has set. After a failure nothing is
     /// called any more: the failure is on its way to whoever lets time pass.
     fn call(&self, name: &str, of: Option<(vimc4::Member, u16, u8)>, world: &mut vimc4::World<'_>) {
-        let Some(object) = self.object.as_ref().filter(|_| !failed()) else { return };
+        if failed() {
+            return world.fail(RAISED);
+        }
+        let Some(object) = &self.object else { return };
         let members: Vec<vimc4::Member> = world.members().collect();
         let called = Python::attach(|py| {
             let object = object.bind(py);
@@ -108,8 +115,9 @@ impl Plant {
                 return Ok(Vec::new());
             }
             let views = members.iter().map(|member| world.view(*member)).collect();
-            let (group, now) = (self.group, world.now());
-            let seen = Bound::new(py, World { group, now, views, set: Mutex::default() })?;
+            let signals = members.iter().map(|member| world.signals(*member)).collect();
+            let (group, now, set) = (self.group, world.now(), Mutex::default());
+            let seen = Bound::new(py, World { group, now, views, signals, set })?;
             match of {
                 None => object.call_method1(name, (&seen,))?,
                 Some((of, port, value)) => {
@@ -124,21 +132,43 @@ impl Plant {
             Ok(set) => set.into_iter().for_each(|(place, signal, value)| {
                 world.set(members[place], &signal, value);
             }),
-            Err(error) => fail(error),
+            Err(error) => {
+                fail(error);
+                world.fail(RAISED);
+            }
         }
     }
 }
 
+/// What the library is told of a failure, which is raised as it is.
+const RAISED: &str = "it has raised an error";
+
+/// What `due` has returned, as a time.
+fn due_of(due: &Bound<'_, PyAny>) -> PyResult<Option<Time>> {
+    let due = due.extract::<Option<u64>>().map_err(|_| {
+        let text = format!(
+            "`due` of the simulation is a time in nanoseconds, a whole number from 0 to 2^64 - 1, or None, and \
+             not {due:?}"
+        );
+        match due.is_instance_of::<PyInt>() {
+            true => PyValueError::new_err(text),
+            false => PyTypeError::new_err(text),
+        }
+    })?;
+    Ok(due.map(Time::from_nanos))
+}
+
 impl Simulation for Plant {
     fn due(&self) -> Option<Time> {
-        let object = self.object.as_ref().filter(|_| !failed())?;
-        let due =
-            Python::attach(|py| object.bind(py).call_method0("due")?.extract::<Option<u64>>());
-        due.unwrap_or_else(|error| {
-            fail(error);
-            None
-        })
-        .map(Time::from_nanos)
+        let object = self.object.as_ref()?;
+        if !failed() {
+            match Python::attach(|py| due_of(&object.bind(py).call_method0("due")?)) {
+                Ok(due) => return due,
+                Err(error) => fail(error),
+            }
+        }
+        // After a failure it is due at once: `act` tells of it before any time passes.
+        Some(Time::ZERO)
     }
 
     fn act(&mut self, world: &mut vimc4::World<'_>) {
@@ -152,8 +182,10 @@ impl Simulation for Plant {
 
 fn of_group(py: Python<'_>, error: &GroupError) -> PyErr {
     let name = match error {
-        GroupError::Endless { .. } | GroupError::Restless { .. } => "Endless",
-        GroupError::NoSignal { .. } | GroupError::NoOutput { .. } => "DeedError",
+        GroupError::Endless { .. } | GroupError::Insistent { .. } | GroupError::Restless { .. } => {
+            "Endless"
+        }
+        GroupError::Deed(_) | GroupError::NoOutput { .. } => "DeedError",
         _ => "ControlError",
     };
     error::raise(py, name, error.to_string())
@@ -370,13 +402,18 @@ impl Group {
 
     /// The present state, with a deep copy of the simulation.
     fn snapshot(&self, py: Python<'_>) -> PyResult<GroupState> {
-        Ok(GroupState(self.work(py, |inner| Ok(inner.group.state()))?))
+        let state = self.work(py, |inner| Ok(inner.group.state()))?;
+        Ok(GroupState { group: self.number, state })
     }
 
     /// Goes back to a state of this group or of a copy of it. What has come out and was not taken is
     /// dropped.
     fn restore(&self, py: Python<'_>, state: &Bound<'_, GroupState>) -> PyResult<()> {
-        let state = &state.get().0;
+        let GroupState { group, state } = state.get();
+        if *group != self.number {
+            let text = "this is the state of another group: restore it where it was taken";
+            return Err(error::raise(py, "ControlError", text.to_owned()));
+        }
         self.work(py, |inner| inner.group.restore(state))
     }
 
@@ -429,22 +466,22 @@ impl World {
         Ok(view.axes.iter().map(|axis| axis.position).collect())
     }
 
-    /// What an output port of a controller shows; None if there is none of this number.
-    fn output(&self, member: Member, port: u16) -> PyResult<Option<u8>> {
+    /// What an output port of a controller shows.
+    fn output(&self, py: Python<'_>, member: Member, port: u16) -> PyResult<u8> {
         let view = &self.views[place(self.group, self.views.len(), member)?];
-        let found = view.ports.iter().find(|found| !found.input && found.port == port);
-        Ok(found.map(|port| port.value))
+        let outputs = || view.ports.iter().filter(|port| !port.input);
+        outputs().find(|found| found.port == port).map(|found| found.value).ok_or_else(|| {
+            let known: Vec<String> = outputs().map(|port| port.port.to_string()).collect();
+            let text = format!("there is no output port {port}; there are {}", known.join(", "));
+            error::raise(py, "DeedError", text)
+        })
     }
 
     /// Sets a signal of a controller, when the simulation has done what it does.
     fn set(&self, py: Python<'_>, member: Member, signal: &str, value: i32) -> PyResult<()> {
         let place = place(self.group, self.views.len(), member)?;
-        let signals = &self.views[place].signals;
-        if !signals.iter().any(|found| found.name == signal) {
-            let known: Vec<&str> = signals.iter().map(|found| found.name.as_str()).collect();
-            let text = format!("there is no signal `{signal}`; there are {}", known.join(", "));
-            return Err(error::raise(py, "DeedError", text));
-        }
+        vimc4::settable(&self.signals[place], signal, value)
+            .map_err(|error| error::raise(py, "DeedError", error.to_string()))?;
         lock(&self.set).push((place, signal.to_owned(), value));
         Ok(())
     }

@@ -94,10 +94,18 @@ def test_what_a_simulation_raises_is_raised(where):
 def test_a_simulation_that_is_wrong_is_told_so():
     with pytest.raises(TypeError, match="has no method `due`"):
         virtual.Group(object())
-    group = virtual.Group(Raises("output", lambda member, world: world.set(member, "bell", 1)))
-    member = group.join("imc-s8")
-    with pytest.raises(virtual.DeedError, match="no signal `bell`; there are .*input 0.0"):
-        group.send(member, b"@01\r@0B0,1\r")
+    for wrong, says in [
+        (lambda member, world: world.set(member, "bell", 1), "no signal `bell`; there are .*input 0.0"),
+        (lambda member, world: world.set(member, "start", 7), "`start` cannot be `7`; it can be 0 or 1"),
+        (lambda member, world: world.output(member, 99), "no output port 99; there are 0"),
+    ]:
+        group = virtual.Group(Raises("output", wrong))
+        member = group.join("imc-s8")
+        with pytest.raises(virtual.DeedError, match=says):
+            group.send(member, b"@01\r@0B0,1\r")
+    for wrong, says in [(-5, ValueError), (2**64, ValueError), ("soon", TypeError), (0.5, TypeError)]:
+        with pytest.raises(says, match=f"`due` of the simulation is .*not {wrong!r}"):
+            virtual.Group(Raises("due", lambda: wrong)).advance("1s")
     group = virtual.Group(Raises("output", lambda member, world: group.position(member)))
     member = group.join("imc-s8")
     with pytest.raises(RuntimeError, match="the group is at work"):
@@ -108,12 +116,78 @@ def test_a_simulation_sees_the_world():
     seen = []
 
     def see(member, world):
-        seen.append((world.now, world.position(member), world.output(member, 0), world.output(member, 77)))
+        seen.append((world.now, world.position(member), world.output(member, 0)))
 
     group = virtual.Group(Raises("output", see))
     member = group.join("imc-s8")
     group.send(member, b"@01\r@0B0,5\r")
-    assert seen == [(0, group.position(member), 5, None)]
+    assert seen == [(0, group.position(member), 5)]
+
+
+@pytest.mark.parametrize("where", ["due", "act"])
+@pytest.mark.parametrize(
+    "passes",
+    [
+        lambda group, _: group.advance("1s"),
+        lambda group, _: group.run_until_idle(),
+        lambda group, _: group.run_to(60_000_000_000),
+        lambda group, member: group.run_until(member, "x = 9000"),
+    ],
+)
+def test_time_stands_still_where_a_simulation_fails(where, passes):
+    class Breaks:
+        broken = False
+
+        def due(self):
+            if where == "due" and self.broken:
+                fails()
+            return 1_000_000_000 if self.broken else 500_000_000
+
+        def act(self, world):
+            self.broken = True
+            if where == "act":
+                fails()
+
+    group = virtual.Group(Breaks())
+    member = group.join("imc4", "mill")
+    group.send(member, b"@07\r@0A9000,900,0,900,0,900,0,900\r")
+    with pytest.raises(LookupError, match="broken"):
+        passes(group, member)
+    assert group.now == 500_000_000 and 440 < group.position(member)[0] <= 450
+
+
+def test_a_simulation_that_is_always_due_is_told_so():
+    class Insists:
+        acts = 0
+
+        def due(self):
+            return 0
+
+        def act(self, world):
+            self.acts += 1
+
+    group = virtual.Group(Insists())
+    with pytest.raises(virtual.Endless, match="the simulation acts again and again"):
+        group.advance("1s")
+    assert group.now == 0 and group.simulation.acts == 1_000
+
+
+@pytest.mark.parametrize("model, machine", [("imc4", "mill"), ("imc-s8", "bench"), ("smcu", "board-plotter")])
+def test_the_state_of_another_group_is_refused(model, machine):
+    group, other = virtual.Group(), virtual.Group(Oven())
+    member = group.join("imc4", "mill")
+    other.join(model, machine)
+    other.advance("3s")
+    for one, state in [(group, other.snapshot()), (other, group.snapshot())]:
+        now, simulation = one.now, one.simulation
+        with pytest.raises(virtual.ControlError, match="the state of another group"):
+            one.restore(state)
+        assert one.now == now and one.simulation is simulation
+    # One of a copy is not one of another.
+    later = group.copy()
+    later.advance("1s")
+    group.restore(later.snapshot())
+    assert group.now == 1_000_000_000 and group.view(member)["model"] == "imc4"
 
 
 def test_copies_go_their_own_way():
@@ -141,6 +215,8 @@ def test_mistakes_are_errors():
         group.wire((member, 9, 0), (member, "input 0.0"))
     with pytest.raises(virtual.DeedError, match="no signal `bell`"):
         group.set(member, "bell", 1)
+    with pytest.raises(virtual.DeedError, match="`start` cannot be `7`; it can be 0 or 1"):
+        group.set(member, "start", 7)
     with pytest.raises(virtual.ConditionError):
         group.run_until(member, "x =")
     with pytest.raises(virtual.ProfileError):
@@ -150,5 +226,5 @@ def test_mistakes_are_errors():
     with pytest.raises(ValueError, match="another group"):
         group.position(later)
     group.join("imc-s8")
-    with pytest.raises(virtual.ControlError, match="this is the state of a group of 1"):
+    with pytest.raises(virtual.ControlError, match=r"the state of a group of imc-s8 \(bench\), and here"):
         group.restore(state)

@@ -60,7 +60,7 @@ pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};
 pub use verb::{
     Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words,
-    position_in_words, rules_in_words,
+    position_in_words, rules_in_words, settable,
 };
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Path, Point, Running, Segment, Time};

@@ -91,7 +91,7 @@ pub use vimc4_device::{
     LengthUnit, LineFault, MOST_FAULTS, MOST_RULES, Motion, Names, NotADuration, Order, OrderError,
     Path, Point, PortView, Rule, RuleError, RuleId, RuleNews, RuleStage, RuleView, Ruling, Scale,
     Scenario, ScenarioNumber, Segment, Signal, SignalKind, SignalView, Sort, Stamp, Strike, Time,
-    TimerView, Trigger, Verb, WaitsFor, Warning, Way, When, escape, parse_duration,
+    TimerView, Trigger, Verb, WaitsFor, Warning, Way, When, escape, parse_duration, settable,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

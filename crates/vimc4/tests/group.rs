@@ -94,7 +94,8 @@ impl Simulation for Conveyor {
     }
 
     fn output(&mut self, of: Member, port: u16, value: u8, world: &mut World<'_>) {
-        if port == 0 {
+        // An SMCU has no such input.
+        if port == 0 && world.view(of).signal("input 0.2").is_some() {
             let next = world.now() + Duration::from_millis(70);
             self.passes = (value & 1 == 1).then_some((of, next));
         }
@@ -123,7 +124,7 @@ fn act<S: Simulation>(group: &mut Group<S>, member: Member, family: u8, which: u
             let (button, value) = BUTTONS[which % 4];
             // An SMCU has no START.
             match group.set(member, button, value) {
-                Ok(()) | Err(GroupError::NoSignal { .. }) => {}
+                Ok(()) | Err(GroupError::Deed(_)) => {}
                 Err(error) => panic!("{error}"),
             }
         }
@@ -262,10 +263,140 @@ fn what_is_not_there_is_said_with_what_is() {
         "{text}"
     );
     let text = said(group.wire((one, 0, 0), (one, "lamp")));
-    assert!(text.starts_with("the imc4 has no signal `lamp`; it has start, stop"), "{text}");
+    assert!(text.starts_with("there is no signal `lamp`; there are start, stop"), "{text}");
+    assert_eq!(said(group.set(one, "start", 7)), "`start` cannot be `7`; it can be 0 or 1");
     let text = said(group.restore(&Group::new().state()));
     assert_eq!(
         text,
-        "this is the state of a group of 0, and this is one of 1: restore it where it was taken"
+        "this is the state of a group of nobody, and here is a group of imc4 (bench): restore it where it was \
+         taken"
     );
+    // As many controllers, but others.
+    for family in [1, 2] {
+        let (model, machine) = profiles(family);
+        let mut others = Group::new();
+        others.join(&model, &machine).unwrap();
+        others.advance(Duration::from_secs(3)).unwrap();
+        let before = group.state();
+        let text = said(group.restore(&others.state()));
+        assert!(
+            text.contains(if family == 1 { "imc-s8 (mill)" } else { "smcu (bench)" }),
+            "{text}"
+        );
+        assert_eq!(group.state(), before);
+    }
+}
+
+/// It fails half a second after the beginning, or as soon as it hears of an output.
+#[derive(Clone, Debug)]
+struct Fragile {
+    hears: bool,
+    wrong: fn(&mut World<'_>, Member),
+}
+
+impl Simulation for Fragile {
+    fn due(&self) -> Option<Time> {
+        (!self.hears).then_some(Time::from_nanos(500_000_000))
+    }
+
+    fn act(&mut self, world: &mut World<'_>) {
+        let one = world.members().next().unwrap();
+        (self.wrong)(world, one);
+    }
+
+    fn output(&mut self, of: Member, _: u16, _: u8, world: &mut World<'_>) {
+        if self.hears && world.now() > Time::ZERO {
+            (self.wrong)(world, of);
+        }
+    }
+}
+
+/// With whom it drives, on the way since the beginning.
+fn fragile(hears: bool, wrong: fn(&mut World<'_>, Member)) -> (Group<Fragile>, Member) {
+    let mut group = Group::with(Fragile { hears, wrong });
+    let (model, machine) = profiles(1);
+    let one = group.join(&model, &machine).unwrap();
+    group.send(one, b"@01\r@0A9000,900\r").unwrap();
+    (group, one)
+}
+
+#[test]
+fn time_stands_still_where_the_simulation_fails() {
+    let end = Time::from_nanos(500_000_000);
+    let far = Duration::from_secs(10);
+    type Goes = fn(&mut Group<Fragile>, Member, Duration) -> Result<(), GroupError>;
+    let ways: [Goes; 4] = [
+        |group, _, far| group.advance(far).map(drop),
+        |group, _, _| group.run_until_idle().map(drop),
+        |group, _, far| group.advance_to_next(far).map(drop),
+        |group, one, _| {
+            let there = vimc4::Condition::AxisAt { axis: 0, position: 8_000 };
+            group.run_until(one, &there).map(drop)
+        },
+    ];
+    for go in ways {
+        let (mut group, one) = fragile(false, |world, one| {
+            world.set(one, "stop", 1);
+            world.fail("the belt has torn");
+        });
+        let error = go(&mut group, one, far).unwrap_err();
+        assert_eq!(error.to_string(), "at 0.500000000 s the simulation has failed: the belt has torn");
+        // Up to 900 steps a second, and nothing is set.
+        assert_eq!(group.now(), end);
+        assert!((440..=450).contains(&group.position(one)[0]), "{:?}", group.position(one));
+        assert_eq!(group.view(one).signal("stop"), Some(0));
+    }
+    // A mistake in what it sets is one, too.
+    for (wrong, says) in [
+        (
+            (|world, one| world.set(one, "bell", 1)) as fn(&mut World<'_>, Member),
+            "no signal `bell`",
+        ),
+        (|world, one| world.set(one, "stop", 2), "`stop` cannot be `2`; it can be 0 or 1"),
+    ] {
+        let (mut group, _) = fragile(false, wrong);
+        let error = group.advance(far).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+        assert_eq!(group.now(), end);
+    }
+}
+
+#[test]
+fn wires_carry_what_a_failed_simulation_does_not_hear() {
+    let (mut group, one) = fragile(true, |world, _| world.fail("deaf"));
+    group.wire((one, 0, 0), (one, "input 0.5")).unwrap();
+    group.advance(Duration::from_secs(20)).unwrap();
+    group.take_bytes(one);
+    assert!(group.send(one, b"@0B0,1\r").is_err());
+    // The rest of the instant is not lost.
+    assert_eq!(
+        (group.take_bytes(one), group.view(one).signal("input 0.5")),
+        (b"0".to_vec(), Some(1))
+    );
+}
+
+/// It is due in the past for ever.
+#[derive(Clone, Debug)]
+struct Late;
+
+impl Simulation for Late {
+    fn due(&self) -> Option<Time> {
+        Some(Time::ZERO)
+    }
+
+    fn act(&mut self, _: &mut World<'_>) {}
+}
+
+#[test]
+fn a_simulation_that_is_always_due_is_an_error() {
+    let mut group = Group::with(Late);
+    for _ in 0..2 {
+        let error = group.advance(Duration::from_secs(1)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "at 0.000000000 s the simulation acts again and again; after it has acted, it has to be due later, or not \
+             at all"
+        );
+        assert!(matches!(group.run_until_idle(), Err(GroupError::Insistent { at: Time::ZERO })));
+    }
 }

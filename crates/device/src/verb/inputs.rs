@@ -14,18 +14,10 @@ impl Deed {
     ///
     /// # Errors
     ///
-    /// If there is no such signal, or it takes no such value. This is where names and values are
-    /// checked, whoever gives them.
+    /// If there is no such signal, or it takes no such value.
     pub fn inputs(&self, signals: &[Signal]) -> Result<Vec<OwnedInput>, DeedError> {
-        let named = |name: &str| find(signals, "signal", name, |_| true);
         let set = |signal: &Signal, value| OwnedInput::Signal(signal.id, value);
-        let checked = |name: &str, value: i32| {
-            let signal = named(name)?;
-            match signal.values().contains(&value) {
-                true => Ok(set(signal, value)),
-                false => Err(no_value(signal, &value.to_string())),
-            }
-        };
+        let checked = |name: &str, value| Ok(set(settable(signals, name, value)?, value));
         let button = |name: &str| find(signals, "button", name, Signal::can_be_pressed);
         Ok(match self {
             Deed::Byte(byte) => vec![OwnedInput::Bytes(Bytes::copy_from_slice(&[*byte]))],
@@ -59,6 +51,24 @@ impl Deed {
             Deed::Fault(faulting) => vec![OwnedInput::Fault((**faulting).clone())],
             Deed::Restore => Vec::new(),
         })
+    }
+}
+
+/// The signal of this name, if it takes this value. This is where names and values are checked, whoever
+/// gives them.
+///
+/// # Errors
+///
+/// If there is no such signal, or it takes no such value.
+pub fn settable<'s>(
+    signals: &'s [Signal],
+    name: &str,
+    value: i32,
+) -> Result<&'s Signal, DeedError> {
+    let signal = find(signals, "signal", name, |_| true)?;
+    match signal.values().contains(&value) {
+        true => Ok(signal),
+        false => Err(no_value(signal, &value.to_string())),
     }
 }
 

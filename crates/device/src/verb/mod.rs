@@ -17,7 +17,7 @@ use crate::{AxisView, FaultView, Names, RuleId, RuleView};
 
 pub use complete::Completion;
 pub use deed::Deed;
-pub use inputs::DeedError;
+pub use inputs::{DeedError, settable};
 pub use order::{Order, OrderError};
 pub use table::{Form, Sort, Verb};
 

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows a clock, a thread or a file.
 
+mod error;
 mod member;
 mod world;
 
@@ -9,14 +10,14 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use thiserror::Error;
-use vimc4_catalogue::{Controller, Machine, MemoryError, Model, State};
+use vimc4_catalogue::{Controller, Machine, Model, State};
 use vimc4_device::{
     Condition, Device as _, Event, Harness, Input, Kinds, MAX_CAUSES, Output, SignalId, Time,
 };
 
 use crate::control::View;
 
+pub use error::GroupError;
 pub use member::Member;
 pub use world::{Simulation, World};
 
@@ -52,9 +53,15 @@ use member::Seat;
 pub struct Group<S = ()> {
     now: Time,
     members: Vec<Seat>,
+    profiles: Vec<(Model, Arc<Machine>)>,
     wires: Vec<Wire>,
     simulation: S,
+    /// How often the simulation has acted at an instant.
+    acts: (Time, u32),
 }
+
+/// So often a simulation acts at one instant. One that is always due would never let time go on.
+const MOST_AT_ONCE: u32 = 1_000;
 
 /// An output bit that drives a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +76,7 @@ struct Wire {
 /// Everything that decides what a group will do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupState<S = ()> {
+    profiles: Vec<(Model, Arc<Machine>)>,
     now: Time,
     members: Vec<State>,
     simulation: S,
@@ -80,65 +88,6 @@ impl<S> GroupState<S> {
     pub fn now(&self) -> Time {
         self.now
     }
-}
-
-/// Why a group does not do what it is told.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum GroupError {
-    /// A controller cannot be made.
-    #[error(transparent)]
-    Memory(#[from] MemoryError),
-    /// The controller has no such signal.
-    #[error("the {model} has no signal `{name}`; it has {known}")]
-    NoSignal {
-        /// The model.
-        model: String,
-        /// The name.
-        name: String,
-        /// The names that there are.
-        known: String,
-    },
-    /// The controller has no such output.
-    #[error(
-        "the {model} has no output port {port} with a bit {bit}; its output ports are {known}, with the bits 0 to 7"
-    )]
-    NoOutput {
-        /// The model.
-        model: String,
-        /// The port.
-        port: u16,
-        /// The bit.
-        bit: u8,
-        /// The ports that there are.
-        known: String,
-    },
-    /// More happens at one instant than ever ends, as when two wires drive each other.
-    #[error(
-        "at {at} one thing leads to another without end; look for wires that lead back to where they begin"
-    )]
-    Endless {
-        /// The instant.
-        at: Time,
-    },
-    /// It does not come to rest.
-    #[error(
-        "the group has come to {at} and is not at rest; run it to a time or to a condition instead"
-    )]
-    Restless {
-        /// How far its time has come.
-        at: Time,
-    },
-    /// The state is one of another group.
-    #[error(
-        "this is the state of a group of {found}, and this is one of {own}: restore it where it was taken"
-    )]
-    OtherGroup {
-        /// How many controllers it is of.
-        found: usize,
-        /// How many there are here.
-        own: usize,
-    },
 }
 
 /// Who does something next.
@@ -166,7 +115,14 @@ impl<S: Simulation> Group<S> {
     /// Nobody yet, around a simulation.
     #[must_use]
     pub fn with(simulation: S) -> Group<S> {
-        Group { now: Time::ZERO, members: Vec::new(), wires: Vec::new(), simulation }
+        Group {
+            now: Time::ZERO,
+            members: Vec::new(),
+            profiles: Vec::new(),
+            wires: Vec::new(),
+            simulation,
+            acts: (Time::ZERO, 0),
+        }
     }
 
     /// A controller joins, which has just been switched on. It is as if it had been switched on at the
@@ -174,7 +130,7 @@ impl<S: Simulation> Group<S> {
     ///
     /// # Errors
     ///
-    /// None, as its memory is empty.
+    /// If the simulation fails when it hears of its outputs. It has not joined then.
     pub fn join(&mut self, model: &Model, machine: &Arc<Machine>) -> Result<Member, GroupError> {
         self.join_watched(model, machine, Kinds::NONE)
     }
@@ -184,7 +140,7 @@ impl<S: Simulation> Group<S> {
     ///
     /// # Errors
     ///
-    /// None, as its memory is empty.
+    /// If the simulation fails when it hears of its outputs. It has not joined then.
     pub fn join_watched(
         &mut self,
         model: &Model,
@@ -194,9 +150,14 @@ impl<S: Simulation> Group<S> {
         let controller = Controller::new(model, Arc::clone(machine), &[])?;
         let mut harness = Harness::new(controller).watching(kept.and(Kinds::PORT));
         harness.run_to(self.now);
+        let place = self.members.len();
         self.members.push(Seat { harness, kept, outputs: VecDeque::new() });
-        self.exchange()?;
-        Ok(Member(self.members.len() - 1))
+        self.profiles.push((model.clone(), Arc::clone(machine)));
+        self.exchange().inspect_err(|_| {
+            self.members.truncate(place);
+            self.profiles.truncate(place);
+        })?;
+        Ok(Member(place))
     }
 
     /// Leads an output of one controller, a port and its bit, to a signal of the same or another one. The
@@ -218,7 +179,7 @@ impl<S: Simulation> Group<S> {
             return Err(GroupError::NoOutput { model, port, bit, known });
         };
         let level = i32::from(output.value >> bit & 1);
-        let signal = self.signal(to, signal)?;
+        let signal = self.members[to.0].setting(signal, level)?;
         self.wires.push(Wire { from: from.0, port, bit, to: to.0, signal });
         self.give(to.0, Input::Signal(signal, level));
         self.exchange()?;
@@ -240,9 +201,10 @@ impl<S: Simulation> Group<S> {
     ///
     /// # Errors
     ///
-    /// If there is no such signal, or what follows at this instant does not end.
+    /// If there is no such signal, or it does not take this value, or what follows at this instant does not
+    /// end.
     pub fn set(&mut self, member: Member, signal: &str, value: i32) -> Result<(), GroupError> {
-        let signal = self.signal(member, signal)?;
+        let signal = self.members[member.0].setting(signal, value)?;
         self.input(member, Input::Signal(signal, value))
     }
 
@@ -254,6 +216,7 @@ impl<S: Simulation> Group<S> {
     /// If that does not end.
     pub fn input(&mut self, member: Member, input: Input<'_>) -> Result<(), GroupError> {
         self.run_to(self.now)?;
+        self.acts.1 = 0;
         self.give(member.0, input);
         self.exchange()?;
         self.run_to(self.now)
@@ -278,14 +241,8 @@ impl<S: Simulation> Group<S> {
     ///
     /// If what follows at this instant does not end.
     pub fn step(&mut self) -> Result<Option<Time>, GroupError> {
-        let Some((due, who)) = self.next() else { return Ok(None) };
-        self.now = due;
-        match who {
-            Who::Member(place) => drop(self.members[place].harness.step()),
-            Who::Simulation => self.simulate(|simulation, world| simulation.act(world)),
-        }
-        self.exchange()?;
-        Ok(Some(due))
+        let next = self.next();
+        next.map(|(due, who)| self.happen(due, who).map(|()| due)).transpose()
     }
 
     /// Lets time pass up to and including an instant, with everything that happens. One in the past
@@ -296,8 +253,8 @@ impl<S: Simulation> Group<S> {
     /// If more happens at one instant than ever ends.
     pub fn run_to(&mut self, at: Time) -> Result<(), GroupError> {
         let (mut instant, mut causes) = (self.now, 0);
-        while self.due().is_some_and(|due| due <= at) {
-            let due = self.step()?.unwrap_or(self.now);
+        while let Some((due, who)) = self.next().filter(|(due, _)| *due <= at) {
+            self.happen(due, who)?;
             causes = if due > instant { 0 } else { causes + 1 };
             instant = due;
             if causes >= MAX_CAUSES {
@@ -418,6 +375,7 @@ impl<S: Simulation> Group<S> {
     {
         let members = self.members.iter().map(|seat| seat.harness.device().state());
         GroupState {
+            profiles: self.profiles.clone(),
             now: self.now,
             members: members.collect(),
             simulation: self.simulation.clone(),
@@ -429,13 +387,13 @@ impl<S: Simulation> Group<S> {
     ///
     /// # Errors
     ///
-    /// If it is a state of so many controllers as there are not here.
+    /// If it is a state of other models, machines, or as many controllers as there are not here.
     pub fn restore(&mut self, state: &GroupState<S>) -> Result<(), GroupError>
     where
         S: Clone,
     {
-        let (found, own) = (state.members.len(), self.members.len());
-        if found != own {
+        if state.profiles != self.profiles {
+            let (found, own) = (in_words(&state.profiles), in_words(&self.profiles));
             return Err(GroupError::OtherGroup { found, own });
         }
         for (seat, state) in self.members.iter_mut().zip(&state.members) {
@@ -444,6 +402,7 @@ impl<S: Simulation> Group<S> {
         }
         self.now = state.now;
         self.simulation = state.simulation.clone();
+        self.acts = (self.now, 0);
         Ok(())
     }
 
@@ -460,6 +419,24 @@ impl<S: Simulation> Group<S> {
         Some((due.max(self.now), who))
     }
 
+    /// Lets the next thing happen, with what it leads to over the wires.
+    fn happen(&mut self, due: Time, who: Who) -> Result<(), GroupError> {
+        self.now = due;
+        match who {
+            Who::Member(place) => drop(self.members[place].harness.step()),
+            Who::Simulation => {
+                let (instant, before) = self.acts;
+                let times = if instant == due { before + 1 } else { 1 };
+                if times > MOST_AT_ONCE {
+                    return Err(GroupError::Insistent { at: due });
+                }
+                self.acts = (due, times);
+                self.simulate(|simulation, world| simulation.act(world))?;
+            }
+        }
+        self.exchange()
+    }
+
     /// Gives an input to a controller, now, after what is due now.
     fn give(&mut self, place: usize, input: Input<'_>) {
         let harness = &mut self.members[place].harness;
@@ -467,18 +444,20 @@ impl<S: Simulation> Group<S> {
         harness.accept(input);
     }
 
-    /// Lets the simulation do something, and passes on what it sets.
-    fn simulate(&mut self, act: impl FnOnce(&mut S, &mut World<'_>)) {
-        let mut world = World { now: self.now, members: &self.members, set: Vec::new() };
+    /// Lets the simulation do something, and passes on what it sets, unless it fails.
+    fn simulate(&mut self, act: impl FnOnce(&mut S, &mut World<'_>)) -> Result<(), GroupError> {
+        let mut world = World::new(self.now, &self.members);
         act(&mut self.simulation, &mut world);
-        for (place, signal, value) in world.set {
+        for (place, signal, value) in world.end()? {
             self.give(place, Input::Signal(signal, value));
         }
+        Ok(())
     }
 
     /// Takes what has come out, and carries outputs over the wires and to the simulation until nothing
-    /// changes any more.
+    /// changes any more. A simulation that has failed hears of nothing more, but the wires carry all.
     fn exchange(&mut self) -> Result<(), GroupError> {
+        let mut done = Ok(());
         for _ in 0..MAX_CAUSES {
             let mut changes = Vec::new();
             for (place, seat) in self.members.iter_mut().enumerate() {
@@ -493,7 +472,7 @@ impl<S: Simulation> Group<S> {
                 }
             }
             if changes.is_empty() {
-                return Ok(());
+                return done;
             }
             for (place, port, value) in changes {
                 for wire in 0..self.wires.len() {
@@ -502,9 +481,11 @@ impl<S: Simulation> Group<S> {
                         self.give(to, Input::Signal(signal, i32::from(value >> bit & 1)));
                     }
                 }
-                self.simulate(|simulation, world| {
-                    simulation.output(Member(place), port, value, world);
-                });
+                if done.is_ok() {
+                    done = self.simulate(|simulation, world| {
+                        simulation.output(Member(place), port, value, world);
+                    });
+                }
             }
         }
         Err(GroupError::Endless { at: self.now })
@@ -516,14 +497,14 @@ impl<S: Simulation> Group<S> {
             seat.harness.run_to(self.now);
         }
     }
+}
 
-    fn signal(&self, member: Member, name: &str) -> Result<SignalId, GroupError> {
-        let device = self.members[member.0].harness.device();
-        let signals = device.signals();
-        signals.iter().find(|signal| signal.name == name).map(|signal| signal.id).ok_or_else(|| {
-            let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-            let (model, name) = (self.view(member).model, name.to_owned());
-            GroupError::NoSignal { model, name, known: known.join(", ") }
-        })
+/// What the controllers of a group are.
+fn in_words(profiles: &[(Model, Arc<Machine>)]) -> String {
+    let each =
+        profiles.iter().map(|(model, machine)| format!("{} ({})", model.name(), machine.name));
+    match profiles.len() {
+        0 => "a group of nobody".to_owned(),
+        _ => format!("a group of {}", each.collect::<Vec<_>>().join(", ")),
     }
 }

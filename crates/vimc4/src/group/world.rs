@@ -1,9 +1,10 @@
 //! What a simulation is, and what it sees.
 
-use vimc4_device::{Device as _, SignalId, Time};
+use vimc4_device::{Device as _, Signal, SignalId, Time};
 
 use crate::control::View;
 
+use super::error::GroupError;
 use super::member::{Member, Seat};
 
 /// What the controllers of a [`Group`](super::Group) drive: a plant of the user's own, which takes part in
@@ -18,7 +19,8 @@ pub trait Simulation {
     /// happens.
     fn due(&self) -> Option<Time>;
 
-    /// That time has come. Afterwards it has to be due later, or not at all.
+    /// That time has come. Afterwards it has to be due later, or not at all; one that acts a thousand times
+    /// at an instant is an error.
     fn act(&mut self, world: &mut World<'_>);
 
     /// An output port of a controller has changed, now.
@@ -37,9 +39,21 @@ impl Simulation for () {
 /// The controllers as a simulation sees them.
 #[derive(Debug)]
 pub struct World<'g> {
-    pub(super) now: Time,
-    pub(super) members: &'g [Seat],
-    pub(super) set: Vec<(usize, SignalId, i32)>,
+    now: Time,
+    members: &'g [Seat],
+    set: Vec<(usize, SignalId, i32)>,
+    failed: Option<GroupError>,
+}
+
+impl<'g> World<'g> {
+    pub(super) fn new(now: Time, members: &'g [Seat]) -> World<'g> {
+        World { now, members, set: Vec::new(), failed: None }
+    }
+
+    /// What was set.
+    pub(super) fn end(self) -> Result<Vec<(usize, SignalId, i32)>, GroupError> {
+        self.failed.map_or(Ok(self.set), Err)
+    }
 }
 
 impl World<'_> {
@@ -74,12 +88,24 @@ impl World<'_> {
         view.ports.iter().find(|found| !found.input && found.port == port).map(|port| port.value)
     }
 
-    /// Sets a signal of a controller when the simulation has done what it does. Returns whether there is
-    /// one of this name.
-    pub fn set(&mut self, of: Member, signal: &str, value: i32) -> bool {
-        let signals = self.members[of.0].harness.device().signals();
-        let found = signals.iter().find(|found| found.name == signal).map(|found| found.id);
-        self.set.extend(found.map(|id| (of.0, id, value)));
-        found.is_some()
+    /// What can be set at a controller.
+    #[must_use]
+    pub fn signals(&self, of: Member) -> Vec<Signal> {
+        self.members[of.0].harness.device().signals()
+    }
+
+    /// Sets a signal of a controller when the simulation has done what it does. If there is none of this
+    /// name, or it does not take this value, the simulation has [failed](World::fail).
+    pub fn set(&mut self, of: Member, signal: &str, value: i32) {
+        match self.members[of.0].setting(signal, value) {
+            Ok(id) => self.set.push((of.0, id, value)),
+            Err(error) => drop(self.failed.get_or_insert(error.into())),
+        }
+    }
+
+    /// The simulation cannot go on. Nothing that it sets now is set, and time stands still: whoever lets it
+    /// pass gets this as [`GroupError::Failed`].
+    pub fn fail(&mut self, why: impl Into<String>) {
+        self.failed.get_or_insert(GroupError::Failed { at: self.now, why: why.into() });
     }
 }
