@@ -36,6 +36,9 @@ pub(crate) fn wait<T: Send>(
 ) -> PyResult<Option<T>> {
     let mut hears_signals = true;
     loop {
+        // Also before it is found that there is nothing to wait for: who waits for a great many things, one
+        // after the other, may never have to.
+        py.check_signals()?;
         let look = hears_signals.then(|| Instant::now() + LOOK);
         let until = match (deadline, look) {
             (Some(deadline), Some(look)) => Some(deadline.min(look)),
@@ -63,7 +66,6 @@ pub(crate) fn wait<T: Send>(
         if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
             return Ok(None);
         }
-        py.check_signals()?;
         hears_signals = is_main_thread(py)?;
     }
 }

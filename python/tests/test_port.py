@@ -1,5 +1,6 @@
 """The port is a ``serial.Serial`` in all things."""
 
+import _thread
 import inspect
 import io
 import threading
@@ -167,6 +168,28 @@ def test_cts_lets_a_writer_go_on(plotter):
             plotter.run_until_idle()
         writer.join(60)
         assert not writer.is_alive()
+
+
+@pytest.mark.vimc4("imc-s8", time="manual", record=False)
+def test_ctrl_c_ends_the_writing_of_a_long_text_at_once(vimc4):
+    port, other = vimc4.serial(write_timeout=None, rtscts=True), vimc4.serial(timeout=60)
+    answered = []
+
+    def interrupts():
+        # It has begun.
+        other.read(1)
+        _thread.interrupt_main()
+        answered.append(other.in_waiting)
+
+    interrupter = threading.Thread(target=interrupts)
+    with pytest.raises(KeyboardInterrupt):
+        interrupter.start()
+        port.write(b"@0P\r" * 100_000)
+        interrupter.join(60)
+    interrupter.join(60)
+    vimc4.now()
+    # What was on its way at most: an answer has 19 bytes.
+    assert other.in_waiting - answered[0] < 1_000
 
 
 @pytest.mark.parametrize("way", ["cancel_write", "close"])
