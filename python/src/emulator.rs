@@ -517,16 +517,24 @@ impl Core {
     fn scenario(&self, py: Python<'_>, words: &str) -> PyResult<Pending> {
         let names = self.names(py)?;
         let several = words.trim().contains('\n');
-        let mut rules = Vec::new();
-        for (place, line) in words.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let rule = names.read_rule(line.trim()).map_err(|error| {
-                let whereabouts =
-                    if several { format!("line {}: ", place + 1) } else { String::new() };
-                error::raise(py, "ScenarioError", format!("{whereabouts}{error}"))
-            })?;
-            rules.push(rule);
-        }
-        self.begin_scenario(py, Scenario { rules })
+        let wrong = |place: usize, text: String| {
+            let whereabouts = if several { format!("line {}: ", place + 1) } else { String::new() };
+            error::raise(py, "ScenarioError", format!("{whereabouts}{text}"))
+        };
+        let lines = words.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
+        let lines: Vec<(usize, &str)> = lines.collect();
+        let read = |(place, line): &(usize, &str)| {
+            names.read_rule(line).map_err(|error| wrong(*place, error.to_string()))
+        };
+        let scenario = Scenario { rules: lines.iter().map(read).collect::<PyResult<_>>()? };
+        // A rule may wait for one of another scenario, if that is there.
+        let present = answer(py, self.control.rules())?;
+        let others = present.iter().filter_map(|view| view.id.name.as_deref());
+        scenario.check(others).map_err(|error| {
+            let (place, line) = lines.get(error.rule()).copied().unwrap_or_default();
+            wrong(place, format!("`{line}` is wrong: {error}; {}", error.right()))
+        })?;
+        self.begin_scenario(py, scenario)
     }
 
     /// The same with the rules of a file.

@@ -60,6 +60,14 @@ def test_rules_have_numbers_names_and_words(vimc4):
     two.end()
 
 
+def test_a_rule_may_wait_for_one_of_another_scenario(vimc4):
+    waits = "when rule slips then 500ms: press stop"
+    with vimc4.scenario("rule slips once when x > 100: fault jam x for 20ms"):
+        assert vimc4.scenario(waits).acted == 0
+    with pytest.raises(virtual.ScenarioError, match="no rule `slips`"):
+        vimc4.scenario(waits)
+
+
 def test_everything_is_reset(vimc4):
     vimc4.scenario("when y > 9: press start")
     fault = vimc4.fault("cut")
@@ -93,6 +101,9 @@ def test_a_scenario_in_its_own_words_is_also_an_option():
         ("press stop", "`press stop` is wrong"),
         ("at 2s: press start\n\nwhen x > far: press stop", "line 3: `when x > far.*is wrong at `far"),
         ("at 2s: press doorbell", "doorbell"),
+        ("when rule nope: press stop", "`when rule nope: press stop` is wrong: there is no rule `nope`; write"),
+        ("rule a at 2s: press start\n\nrule a at 3s: press stop", "line 3: .* there are two rules `a`"),
+        ("rule a when rule b: press start\nrule b when rule a: press stop", "line 1: .* can never act"),
         ("no/such.toml", "cannot read the scenario no/such.toml"),
     ],
 )

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use toml::{Spanned, Value};
-use vimc4_device::{Awaits, Cue, MOST_RULES, Names, Rule, RuleError, RulePart, Scenario, Trigger};
+use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario};
 use vimc4_plant::{ProfileError, parse_profile};
 
 /// A file: rules, in parts.
@@ -64,59 +64,6 @@ fn count_of(value: &Spanned<Value>) -> Result<u64, ProfileError> {
         help: "write how often it acts at most, as in `times = 3`".to_owned(),
         span: Some(value.span()),
     })
-}
-
-/// That nothing is accepted which can never come: rules that wait for others that are not there, or
-/// that only call each other, and names that two of them have.
-fn check_names(rules: &[(Rule, Range<usize>)]) -> Result<(), ProfileError> {
-    let wrong = |message: String, help: &str, span: &Range<usize>| {
-        Err(ProfileError { message, help: help.to_owned(), span: Some(span.clone()) })
-    };
-    let mut names: Vec<&str> = Vec::new();
-    for (rule, span) in rules {
-        let Some(name) = &rule.name else { continue };
-        if names.contains(&name.as_str()) {
-            return wrong(format!("there are two rules `{name}`"), "give it another name", span);
-        }
-        names.push(name);
-    }
-    let heard = |rule: &Rule| -> Vec<String> {
-        let Trigger::When(cues) = &rule.trigger else { return Vec::new() };
-        let name = |cue: &Cue| match &cue.awaits {
-            Awaits::Rule(name) => Some(name.clone()),
-            _ => None,
-        };
-        cues.iter().filter_map(name).collect()
-    };
-    for (rule, span) in rules {
-        if let Some(name) = heard(rule).iter().find(|name| !names.contains(&name.as_str())) {
-            let help = "write the name of a rule of this file";
-            return wrong(format!("there is no rule `{name}`"), help, span);
-        }
-    }
-    // Those that can act, and then those that can act because those can.
-    let mut can: Vec<&str> = Vec::new();
-    loop {
-        let before = can.len();
-        for (rule, _) in rules {
-            if let Some(name) = rule.name.as_deref()
-                && !can.contains(&name)
-                && heard(rule).iter().all(|name| can.contains(&name.as_str()))
-            {
-                can.push(name);
-            }
-        }
-        if can.len() == before {
-            break;
-        }
-    }
-    for (rule, span) in rules {
-        if let Some(name) = heard(rule).iter().find(|name| !can.contains(&name.as_str())) {
-            let message = format!("it can never act: it waits for rule `{name}`, and that for it");
-            return wrong(message, "let one of them wait for something else", span);
-        }
-    }
-    Ok(())
 }
 
 /// Reads a scenario for a controller with these names from the TOML of a file.
@@ -211,9 +158,15 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
         spans.push(place);
         scenario.rules.push(rule);
     }
-    let placed: Vec<_> = scenario.rules.iter().cloned().zip(spans).collect();
-    check_names(&placed)?;
-    Ok(scenario)
+    // A file is a whole: its rules wait for no others.
+    match scenario.check([]) {
+        Ok(()) => Ok(scenario),
+        Err(error) => Err(ProfileError {
+            message: error.to_string(),
+            help: error.right().to_owned(),
+            span: spans.get(error.rule()).cloned(),
+        }),
+    }
 }
 
 /// An error in a value of the file, of which a text from a place on is wrong.

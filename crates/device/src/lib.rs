@@ -54,7 +54,7 @@ pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
 pub use scenario::{
     Act, Awaits, Cue, Lasts, MOST_RULES, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage,
-    RuleView, Ruling, Scenario, ScenarioNumber, Trigger,
+    RuleView, Ruling, Scenario, ScenarioError, ScenarioNumber, Trigger,
 };
 pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};

@@ -459,7 +459,7 @@ impl Emulator {
     ///
     /// # Errors
     ///
-    /// If the words describe no rules, or the emulator has ended.
+    /// If the words describe no rules, a rule waits for one that is not there, or the emulator has ended.
     pub fn scenario(&self, scenario: impl Into<AnyScenario>) -> Result<ScenarioHandle, Error> {
         let scenario = match scenario.into() {
             AnyScenario::Scenario(scenario) => scenario,
@@ -470,6 +470,8 @@ impl Emulator {
                 Scenario { rules }
             }
         };
+        let present = self.rules()?;
+        scenario.check(present.iter().filter_map(|view| view.id.name.as_deref()))?;
         let number = self.control.scenario(scenario).wait()?;
         Ok(ScenarioHandle::new(self.control.clone(), number))
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
-use vimc4_device::{FaultError, RuleError};
+use vimc4_device::{FaultError, RuleError, ScenarioError};
 use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
@@ -60,6 +60,9 @@ pub enum Error {
     /// The words describe no rule.
     #[error(transparent)]
     Rule(#[from] RuleError),
+    /// The rules of a scenario do not go together.
+    #[error("rule {place} is wrong: {0}; {right}", place = .0.rule() + 1, right = .0.right())]
+    Scenario(#[from] ScenarioError),
     /// The given text is not an address.
     #[error(
         "`{address}` is not an address: {source}; write host:port, as in 127.0.0.1:4004 or \

@@ -90,8 +90,9 @@ pub use vimc4_device::{
     FaultNews, FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, Lasts,
     LengthUnit, LineFault, MOST_FAULTS, MOST_RULES, Motion, Names, NotADuration, Order, OrderError,
     Path, Point, PortView, Rule, RuleError, RuleId, RuleNews, RuleStage, RuleView, Ruling, Scale,
-    Scenario, ScenarioNumber, Segment, Signal, SignalKind, SignalView, Sort, Stamp, Strike, Time,
-    TimerView, Trigger, Verb, WaitsFor, Warning, Way, When, escape, parse_duration, settable,
+    Scenario, ScenarioError, ScenarioNumber, Segment, Signal, SignalKind, SignalView, Sort, Stamp,
+    Strike, Time, TimerView, Trigger, Verb, WaitsFor, Warning, Way, When, escape, parse_duration,
+    settable,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

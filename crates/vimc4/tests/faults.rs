@@ -74,6 +74,11 @@ fn what_a_person_sets_to_what_a_rule_holds_stays() {
         let order = Order::read(words, &emu.names().unwrap()).unwrap().unwrap();
         emu.give(&order).unwrap()
     };
+    let wrong = emu.scenario("at 1s: press stop\nwhen rule zzz: press stop").unwrap_err();
+    assert_eq!(
+        wrong.to_string(),
+        "rule 2 is wrong: there is no rule `zzz`; write the name of a rule that there is"
+    );
     let rule = emu.scenario("every 1s: input 0.3 1 until never").unwrap();
     emu.advance(Duration::from_secs(1)).unwrap();
     assert_eq!(give("input 0.3 1"), "ok");

@@ -340,7 +340,10 @@ fn time_stands_still_where_the_simulation_fails() {
             world.fail("the belt has torn");
         });
         let error = go(&mut group, one, far).unwrap_err();
-        assert_eq!(error.to_string(), "at 0.500000000 s the simulation has failed: the belt has torn");
+        assert_eq!(
+            error.to_string(),
+            "at 0.500000000 s the simulation has failed: the belt has torn"
+        );
         // Up to 900 steps a second, and nothing is set.
         assert_eq!(group.now(), end);
         assert!((440..=450).contains(&group.position(one)[0]), "{:?}", group.position(one));

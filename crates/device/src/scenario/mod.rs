@@ -21,6 +21,7 @@
 //! A deed is an order such as `press stop`, `input 0.3 1`, `power off` or `fault jam x`. Conditions are
 //! those of breakpoints; the beginning of a command alone, as in `when @0A`, says that it is that command.
 
+mod check;
 mod text;
 
 use std::fmt;
@@ -28,6 +29,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+pub use check::ScenarioError;
 pub use text::{RuleError, RulePart};
 pub(crate) use text::{RuleTexts, help_on_rules, read_rule, read_ruling};
 
