@@ -18,9 +18,9 @@ pub(crate) struct Held {
     pub(crate) stop: Option<Stop>,
     /// The place of its last stop with everything done.
     pub(crate) end: Option<Place>,
-    /// Whether the last line was over as soon as it had begun: then the end is at the same moment, and
-    /// a step back from there leads to that line.
-    pub(crate) is_end_of_line: bool,
+    /// The stop at the last line, if that was over, or waits, as soon as it had begun: then the stop
+    /// after it is at the same moment, and a step back from there leads to that line.
+    pub(crate) last_line: Option<Stop>,
     /// It has ended and is not continued.
     pub(crate) is_over: bool,
     /// How many lines of its source the client knows of.
@@ -60,7 +60,7 @@ pub(crate) struct Placed {
 impl Held {
     pub(crate) fn new(opened: Opened) -> Held {
         let listed = opened.debugger.source().map_or(0, |source| source.lines.len());
-        Held { opened, stop: None, end: None, is_end_of_line: false, is_over: false, listed }
+        Held { opened, stop: None, end: None, last_line: None, is_over: false, listed }
     }
 
     pub(crate) fn debugger(&mut self) -> &mut Debugger {
@@ -75,10 +75,10 @@ impl Held {
     ) -> Result<Option<Stop>, Refusal> {
         let Opened { debugger, live, statement, .. } = &mut self.opened;
         if let Walk::Step(unit @ (Unit::Line | Unit::Command), Way::Back, _) = *walk
-            && self.is_end_of_line
-            && self.end == Some(debugger.place())
+            && let Some(stop) = self.last_line.take()
+            && stop.place == debugger.place()
         {
-            return Ok(Some(Stop { why: Reason::Step(unit), ..debugger.here() }));
+            return Ok(Some(Stop { why: Reason::Step(unit), ..stop }));
         }
         let Some(live) = live else { return Ok(Some(go(debugger, walk, *statement, progress))) };
         match walk {

@@ -189,8 +189,11 @@ impl Session {
         // A run that starts at the end is meant to go beyond it.
         let again = is_end && held.end == Some(stop.place);
         held.end = is_end.then_some(stop.place);
-        let before = held.stop.as_ref().filter(|_| matches!(walk, Walk::Step(..)));
-        held.is_end_of_line = is_end && before.is_some_and(|before| before.place == stop.place);
+        let rests = |stop: &Stop| matches!(stop.why, Reason::Rest | Reason::End);
+        let before = held.stop.take();
+        let before = before.filter(|before| matches!(walk, Walk::Step(..)) && !rests(before));
+        let line = before.or(held.last_line.take()).filter(|_| comes_to_rest);
+        held.last_line = line.filter(|line| line.place == stop.place);
         let activity = debugger.device().activity();
         let rest = held.rest_not_sent();
         held.stop = Some(stop.clone());
