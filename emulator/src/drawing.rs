@@ -5,15 +5,50 @@ use std::io::{self, Write};
 use std::path::{self, PathBuf};
 use std::process::{Command, Stdio};
 
-use clap::ValueEnum;
+use clap::{ArgAction, ValueEnum};
 use vimc4::{Machine, Model};
 use vimc4_catalogue::Controller;
 use vimc4_device::{Activity, Device, Event, Kinds, Motion, Point, Time};
 use vimc4_motion::{Path, Profile, Segment};
-use vimc4_picture::{Axis, Colouring, Frame, Picture, Plot, Purpose, View};
+use vimc4_picture::{Axis, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
 use crate::text;
+
+/// What is written of what is done, besides its answers.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Shown {
+    #[command(flatten)]
+    pictured: Pictured,
+    /// Write the path that was really gone into a file: gcode or dxf
+    #[arg(long = "as", num_args = 2, value_names = ["FORMAT", "OUT"], action = ArgAction::Append)]
+    formats: Vec<String>,
+}
+
+impl Shown {
+    /// Begins what is wanted. Files are created now, so that what cannot be written is known before
+    /// anything is done.
+    pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {
+        let mut drawing = self.pictured.begin(frame.clone())?;
+        for pair in self.formats.chunks_exact(2) {
+            let [format, path] = pair else { continue };
+            let write: Export = match format.as_str() {
+                "gcode" => gcode,
+                "dxf" => dxf,
+                _ => {
+                    return Err(Failure::usage(format!(
+                        "--as {format}: this is not a format; use gcode or dxf"
+                    )));
+                }
+            };
+            let path = PathBuf::from(path);
+            created(&path)?;
+            let drawing = drawing.get_or_insert_with(|| Drawing::new(frame.clone()));
+            drawing.exports.push((write, path));
+        }
+        Ok(drawing)
+    }
+}
 
 /// The picture that is wanted.
 #[derive(Clone, Debug, clap::Args)]
@@ -80,7 +115,7 @@ impl Pictured {
                 )));
             }
         };
-        File::create(path).map_err(|error| unwritable(path, &error))?;
+        created(path)?;
         let views = self.plot_view.iter().map(|view| match view {
             ViewName::Top => View::Top,
             ViewName::Front => View::Front,
@@ -89,27 +124,27 @@ impl Pictured {
             ViewName::Time => View::Time,
         });
         Ok(Some(Drawing {
-            plot: Plot::new(),
-            frame,
-            path: path.clone(),
-            format,
+            picture: Some((format, path.clone())),
             views: views.collect(),
             colouring: match self.plot_colour {
                 ColourName::Kind => Colouring::Kind,
                 ColourName::Speed => Colouring::Speed,
             },
             is_opened: self.open,
-            is_rapid: false,
+            ..Drawing::new(frame)
         }))
     }
 }
+
+/// What writes a path for other programs.
+type Export = fn(&Plot, &Frame) -> String;
 
 /// A picture that is being made.
 pub(crate) struct Drawing {
     pub(crate) plot: Plot,
     frame: Frame,
-    path: PathBuf,
-    format: Format,
+    picture: Option<(Format, PathBuf)>,
+    exports: Vec<(Export, PathBuf)>,
     views: Vec<View>,
     colouring: Colouring,
     is_opened: bool,
@@ -119,6 +154,19 @@ pub(crate) struct Drawing {
 
 impl Drawing {
     pub(crate) const KINDS: Kinds = Plot::KINDS;
+
+    fn new(frame: Frame) -> Drawing {
+        Drawing {
+            plot: Plot::new(),
+            frame,
+            picture: None,
+            exports: Vec::new(),
+            views: Vec::new(),
+            colouring: Colouring::default(),
+            is_opened: false,
+            is_rapid: false,
+        }
+    }
 
     /// Something has happened in a controller that does this now.
     pub(crate) fn see<D>(&mut self, device: &D, at: Time, event: &Event)
@@ -166,23 +214,35 @@ impl Drawing {
     /// Draws what was done up to now, with the counters as they are.
     pub(crate) fn finish(mut self, now: Time, counters: &Point) -> Result<(), Failure> {
         self.plot.stop(now, counters);
+        for (write, path) in &self.exports {
+            written(path, write(&self.plot, &self.frame).as_bytes())?;
+        }
+        let Some((format, path)) = &self.picture else { return Ok(()) };
         let views = match self.views.as_slice() {
             [] => Picture::best_views(&self.plot),
             views => views,
         };
         let picture = Picture::of(&self.plot, &self.frame, views, self.colouring);
-        let bytes = match self.format {
+        let bytes = match format {
             Format::Svg => picture.svg().into_bytes(),
             Format::Png => picture.png().ok_or_else(|| {
                 Failure::midway("there is no memory for the dots of the picture; use .svg")
             })?,
         };
-        fs::write(&self.path, bytes).map_err(|error| unwritable(&self.path, &error))?;
+        written(path, &bytes)?;
         if self.is_opened {
-            show(&self.path);
+            show(path);
         }
         Ok(())
     }
+}
+
+fn created(path: &path::Path) -> Result<(), Failure> {
+    File::create(path).map(drop).map_err(|error| unwritable(path, &error))
+}
+
+fn written(path: &path::Path, bytes: &[u8]) -> Result<(), Failure> {
+    fs::write(path, bytes).map_err(|error| unwritable(path, &error))
 }
 
 fn unwritable(path: &path::Path, error: &io::Error) -> Failure {

@@ -35,7 +35,7 @@ enum Tool {
     #[command(about = "Say everything that is wrong with a job file, line by line")]
     Check(check::Arguments),
     #[command(about = "Carry a job out on a virtual controller, in virtual time")]
-    Run(run::Arguments),
+    Run(Box<run::Arguments>),
     #[command(about = "Turn a job into a data field, which a controller stores and runs by itself")]
     Compile(compile::Arguments),
     #[command(

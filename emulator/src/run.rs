@@ -62,7 +62,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let tape = arguments.world.tape(&model, &machine)?;
     let covering = arguments.world.covering(&model)?;
     let frame = drawing::frame(&arguments.file, &model, &machine);
-    let drawing = arguments.world.pictured.begin(frame)?;
+    let drawing = arguments.world.shown.begin(frame)?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let driver = driver.recording(tape).covering(covering).drawing(drawing);
     let report = RunReport::new(&arguments, &script);

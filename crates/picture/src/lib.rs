@@ -1,8 +1,9 @@
 //! Pictures of what a controller did.
 //!
 //! A [`Plot`] sees the events of a controller and keeps its motions and what happened on the way. A
-//! [`Picture`] of it is drawn from several sides, or over time, as SVG or PNG. Nothing goes step by step:
-//! a motion is a line or an arc, and what is smaller than a pixel is left out.
+//! [`Picture`] of it is drawn from several sides, or over time, as SVG or PNG; [`gcode()`] and [`dxf()`]
+//! write the path for other programs. Nothing goes step by step: a motion is a line or an arc, and what is
+//! smaller than a pixel is left out.
 //!
 //! The same plot gives the same bytes on every computer: nothing but whole and IEEE numbers is
 //! computed with, and texts in dots have a font of their own.
@@ -26,12 +27,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod dxf;
 mod font;
 mod frame;
+mod gcode;
 mod graphs;
 mod leg;
 mod path;
 mod picture;
+mod pieces;
 mod plot;
 mod png;
 mod scene;
@@ -39,7 +43,9 @@ mod svg;
 mod ticks;
 mod view;
 
+pub use dxf::dxf;
 pub use frame::{Axis, Frame};
+pub use gcode::gcode;
 pub use leg::{Leg, Purpose, Vertex, Way};
 pub use picture::Picture;
 pub use plot::{Mark, MarkKind, Plot};

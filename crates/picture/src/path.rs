@@ -287,7 +287,7 @@ fn bounds(plot: &Plot, frame: &Frame, view: View) -> Bounds {
         edge.into_iter().for_each(|end| whole.include(projected(view, end)));
     }
     let (path_size, size) = (path.size(), whole.size());
-    let is_lost = path_size.0.max(path_size.1) * 5.0 < size.0.max(size.1);
+    let is_lost = path_size.0.max(path_size.1) * 2.0 < size.0.max(size.1);
     let fits = path.low.0 > path.high.0 || !is_lost;
     if fits { whole.padded() } else { path.padded() }
 }
@@ -334,13 +334,9 @@ fn draw(scene: &mut Scene, plot: &Plot, panel: &Panel<'_>, fastest: f64, colouri
         Colouring::Kind => by_kind(scene, plot, panel),
         Colouring::Speed => by_speed(scene, plot, panel, fastest),
     }
-    // What matters more is further in front, and nothing is hidden by start and end.
+    // What is more telling is further in front.
     let mut marks = plot.marks();
-    marks.sort_by_key(|mark| match mark.kind {
-        MarkKind::End => 0,
-        MarkKind::Start => 1,
-        _ => 2,
-    });
+    marks.sort_by_key(|mark| mark.kind);
     for mark in marks {
         let (class, name, colour, outline) = sign(mark.kind);
         let at = panel.place(&mark.place);
@@ -430,14 +426,14 @@ fn compass(scene: &mut Scene, panel: &Panel<'_>) {
     scene.line("scale", pen(INK, 2.0), [foot, end]);
     let text = format!("{length:.decimals$} {}", frame.unit(0));
     scene.text((end.0 + 6.0, end.1 + 4.0), text, 11.0, INK, Anchor::Start);
-    let centre = (area.right() - 44.0, area.bottom() + 2.0);
+    let centre = (area.right() - 34.0, area.bottom() + 26.0);
     for axis in 0..3.min(frame.axes.len()) {
         let mut along = [0.0; 3];
         along[axis] = 1.0;
         let (right, up) = projected(view, along);
         let at = |far: f64| (centre.0 + right * far, centre.1 - up * far);
-        scene.line("compass", pen(GREY, 1.0), [centre, at(24.0)]);
-        let (x, y) = at(32.0);
+        scene.line("compass", pen(GREY, 1.0), [centre, at(15.0)]);
+        let (x, y) = at(23.0);
         scene.text((x, y + 4.0), frame.name(axis), 11.0, GREY, Anchor::Middle);
     }
 }

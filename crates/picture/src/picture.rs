@@ -28,6 +28,8 @@ impl Picture {
         if wanted.contains(&View::Time) {
             graphs(&mut scene, plot, frame);
         }
+        // Whole dots, whichever program makes them.
+        scene.height = scene.height.ceil();
         Picture { scene }
     }
 

@@ -1,26 +1,33 @@
 //! What is kept of a run: its motions, and what happened on the way.
 
-use vimc4_device::{Event, Kinds, Motion, Warning};
+use vimc4_device::{Course, Event, Kinds, Motion, StopCause, Warning};
 use vimc4_motion::{AXES, Point, Segment, Time};
 
 use crate::frame::added;
-use crate::leg::{Course, Leg, Purpose};
+use crate::leg::{self, Leg, Purpose};
 
-/// What a mark says.
+/// What a mark says, the most telling last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MarkKind {
-    /// The first motion begins.
-    Start,
     /// The last motion ends.
     End,
-    /// A motion ended before its time.
-    Stop,
-    /// An error answer, or a loss.
-    Error,
-    /// A limit switch was pressed.
-    Limit,
+    /// The first motion begins.
+    Start,
     /// A tool is changed.
     Tool,
+    /// An error answer, or a loss.
+    Error,
+    /// A motion ended before its time.
+    Stop,
+    /// A limit switch ended a motion.
+    Limit,
+}
+
+impl MarkKind {
+    /// Whether something has gone otherwise than it was wanted.
+    fn is_trouble(self) -> bool {
+        matches!(self, MarkKind::Error | MarkKind::Stop | MarkKind::Limit)
+    }
 }
 
 /// Something worth seeing, and where it was.
@@ -34,6 +41,16 @@ pub struct Mark {
     pub place: Point,
     /// More about it, for people.
     pub text: String,
+}
+
+impl Mark {
+    /// Says more about it.
+    fn add(&mut self, text: &str) {
+        if !self.text.contains(text) {
+            let between = if self.text.is_empty() { "" } else { "; " };
+            self.text = format!("{}{between}{text}", self.text);
+        }
+    }
 }
 
 /// More marks than this are counted but not drawn.
@@ -84,7 +101,7 @@ impl Default for Plot {
 impl Plot {
     /// The kinds of events that it looks at.
     pub const KINDS: Kinds =
-        Kinds::MOTION.and(Kinds::ANSWER).and(Kinds::SWITCH).and(Kinds::WARNING);
+        Kinds::MOTION.and(Kinds::ANSWER).and(Kinds::COURSE).and(Kinds::WARNING);
 
     /// Nothing has happened yet.
     #[must_use]
@@ -134,12 +151,14 @@ impl Plot {
                 }
             }
             Event::Motion(Motion::Ends { steps }) => self.end(at, Some(*steps)),
-            Event::Switch { axis, positive, active: true }
-                if self.purpose != Purpose::Reference =>
-            {
-                let end = if *positive { "positive" } else { "negative" };
-                let text = format!("limit switch at the {end} end of axis {}", axis + 1);
-                self.mark(MarkKind::Limit, at, self.place(at), text);
+            Event::Course(Course::Stops { cause, .. }) => {
+                let (kind, text) = match cause {
+                    StopCause::LimitSwitch | StopCause::LimitByHand | StopCause::WrongSwitch => {
+                        (MarkKind::Limit, String::new())
+                    }
+                    cause => (MarkKind::Stop, cause.to_string()),
+                };
+                self.mark(kind, at, self.place(at), text);
             }
             Event::Answer { bytes, why: Some(why), .. } => {
                 let answer: String = bytes.escape_ascii().to_string().chars().take(12).collect();
@@ -238,10 +257,15 @@ impl Plot {
             self.referencing[axis] = true;
         }
         if steps.is_some() && !is_reference && made < segment.path.length() {
-            self.mark(MarkKind::Stop, at, added(&from, &moved), String::new());
+            let place = added(&from, &moved);
+            match self.marks.last_mut().filter(|last| last.kind.is_trouble() && last.at >= began) {
+                // What has stopped it is known, and where it came to rest counts.
+                Some(last) => (last.kind, last.place) = (last.kind.max(MarkKind::Stop), place),
+                None => self.mark(MarkKind::Stop, at, place, String::new()),
+            }
         }
         if made > 0 {
-            let course = Course::Made(segment);
+            let course = leg::Course::Made(segment);
             let purpose = self.purpose;
             self.legs.push(Leg { began, ends: at, from, course, made, purpose });
             if self.legs.len() >= self.most_legs {
@@ -265,26 +289,25 @@ impl Plot {
         }
     }
 
+    /// Marks something. What goes wrong at one instant is one thing, and its most telling kind counts.
     fn mark(&mut self, kind: MarkKind, at: Time, place: Point, text: String) {
         let is_full = self.marks.len() >= MOST_MARKS;
-        let same = self.marks.last_mut().filter(|last| last.at == at && last.place == place);
-        match (same, kind) {
-            // A limit switch is why the motion stopped, whichever is told first.
-            (Some(last), MarkKind::Limit) if last.kind == MarkKind::Stop => {
-                (last.kind, last.text) = (kind, text);
+        let same = self.marks.last_mut().filter(|last| last.at == at);
+        match same.filter(|last| kind.is_trouble() && last.kind.is_trouble()) {
+            Some(last) => {
+                last.kind = last.kind.max(kind);
+                last.add(&text);
             }
-            (Some(last), MarkKind::Stop) if last.kind == MarkKind::Limit => {}
-            _ if is_full => self.left_out += 1,
-            _ => self.marks.push(Mark { kind, at, place, text }),
+            None if is_full => self.left_out += 1,
+            None => self.marks.push(Mark { kind, at, place, text }),
         }
     }
 
-    /// Why something went wrong: that belongs to what is marked already, or is an error.
+    /// Why something went wrong: that belongs to what is marked here already, or is an error.
     fn explain(&mut self, at: Time, why: String) {
         let place = self.place(at);
-        let same = self.marks.last_mut().filter(|last| last.place == place);
-        match same {
-            Some(last) if matches!(last.kind, MarkKind::Stop | MarkKind::Limit) => last.text = why,
+        match self.marks.last_mut().filter(|last| last.place == place) {
+            Some(last) if last.kind > MarkKind::Error && last.kind.is_trouble() => last.add(&why),
             _ => self.mark(MarkKind::Error, at, place, why),
         }
     }

@@ -4,10 +4,13 @@
 
 use std::borrow::Cow;
 
-use miniz_oxide::inflate::decompress_to_vec_zlib;
 use vimc4_device::{Event, Motion};
 use vimc4_motion::{AXES, Path, Point, Profile, Segment, StraightLine, Time};
 use vimc4_picture::{Axis, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
+
+mod reader;
+
+use reader::{Dots, png};
 
 const VIEWS: [View; 5] = [View::Top, View::Front, View::Side, View::Isometric, View::Time];
 
@@ -189,30 +192,10 @@ fn nothing_at_all_is_a_picture_too() {
     }
 }
 
-/// Reads a PNG as this library writes it: the width, and red, green and blue.
-fn read(png: &[u8]) -> (usize, Vec<[u8; 3]>) {
-    let word = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap()) as usize;
-    assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
-    let width = word(16);
-    assert_eq!(&png[24..29], [8, 2, 0, 0, 0]);
-    let data = &png[41..41 + word(33)];
-    let raw = decompress_to_vec_zlib(data).unwrap();
-    let mut above = vec![0_u8; width * 3];
-    let mut pixels = Vec::new();
-    for row in raw.chunks(width * 3 + 1) {
-        assert_eq!(row[0], 2);
-        for (byte, above) in row[1..].iter().zip(&mut above) {
-            *above = above.wrapping_add(*byte);
-        }
-        pixels.extend(above.chunks(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]));
-    }
-    (width, pixels)
-}
-
 #[test]
 fn the_dots_are_where_the_lines_are() {
     let picture = Picture::of(&square(), &frame(), &[View::Top, View::Isometric], Colouring::Kind);
-    let (width, pixels) = read(&picture.png().unwrap());
+    let Dots { width, pixels } = png(&picture.png().unwrap());
     let at = |(x, y): (f64, f64)| pixels[(y * 2.0) as usize * width + (x * 2.0) as usize];
     let svg = picture.svg();
     for (class, colour) in

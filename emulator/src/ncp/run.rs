@@ -116,7 +116,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
         Driver::new(controller, meter, None)
             .recording(arguments.world.tape(&site.model, &site.machine)?)
             .covering(arguments.world.covering(&site.model)?)
-            .drawing(arguments.world.pictured.begin(frame)?),
+            .drawing(arguments.world.shown.begin(frame)?),
         Handling::of(&site.model),
         arguments.json,
     );

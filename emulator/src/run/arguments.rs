@@ -40,6 +40,7 @@ Examples:
   vimc4 run examples/program.txt --input 0.3=1@2s --press stop@5s --press start@8s --for 1min
   vimc4 run examples/board.plt --model smcu --machine board-plotter
   vimc4 run examples/board.plt --model smcu --keep-going --ignore-numbers
+  vimc4 run examples/commands.txt --machine mill --plot out.svg --as gcode out.nc
   (echo @07; vimc4 circle --radius 200) | vimc4 run -
 
 Exit codes: 0 all was done, 1 an error reply, or something in a plot file that the controller would leave

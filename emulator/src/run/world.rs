@@ -10,7 +10,7 @@ use super::driver::Driver;
 use super::tape::Tape;
 use crate::completions;
 use crate::coverage::Covering;
-use crate::drawing::Pictured;
+use crate::drawing::Shown;
 use crate::failure::Failure;
 use crate::values::duration;
 
@@ -42,7 +42,7 @@ pub(crate) struct World {
     #[arg(long, value_name = "FILE")]
     coverage: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) pictured: Pictured,
+    pub(crate) shown: Shown,
 }
 
 /// What the world around the controller does.

@@ -1,0 +1,226 @@
+//! `--plot` and `--as`: the pictures of docs/pictures.md are what the program draws, and what it writes
+//! says where things happened.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
+use std::process::Command;
+
+use tempfile::TempDir;
+
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{VIMC4, root, run, said};
+
+const MANUAL: &str = include_str!("../../docs/pictures.md");
+
+/// A folder with the examples.
+fn bench() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    symlink(root().join("examples").canonicalize().unwrap(), folder.path().join("examples"))
+        .unwrap();
+    fs::create_dir(folder.path().join("bin")).unwrap();
+    symlink(VIMC4, folder.path().join("bin/vimc4")).unwrap();
+    folder
+}
+
+fn written(folder: &Path, name: &str, text: &str) {
+    fs::write(folder.join(name), text).unwrap();
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap()
+}
+
+/// The lines of an SVG of a class.
+fn drawn<'s>(svg: &'s str, class: &str) -> Vec<&'s str> {
+    let class = format!("class=\"{class}\"");
+    svg.lines().filter(|line| line.contains(&class)).collect()
+}
+
+#[test]
+fn the_pictures_of_the_manual_are_what_is_drawn() {
+    let folder = bench();
+    let path = std::env::var("PATH").unwrap();
+    let path = format!("{}:{path}", folder.path().join("bin").display());
+    for block in MANUAL.split("```console\n").skip(1) {
+        let block = block.split("```").next().unwrap();
+        for example in format!("\n{block}").split("\n$ ").skip(1) {
+            let (line, expected) = example.split_once('\n').unwrap_or((example, ""));
+            let mut shell = Command::new("sh");
+            shell.args(["-c", line]).current_dir(folder.path()).env("PATH", &path);
+            let (code, out, err) = said(shell.output().unwrap());
+            assert_eq!((code, err.as_str()), (0, ""), "{line}");
+            assert_eq!(out.trim_end(), expected.trim_end(), "{line}");
+        }
+    }
+    for name in ["plate.svg", "drill.svg", "board.svg"] {
+        assert!(MANUAL.contains(&format!("]({name})")), "{name} is not shown");
+        let shown = fs::read_to_string(root().join("docs").join(name)).unwrap_or_default();
+        let is_same = shown == read(folder.path(), name);
+        assert!(is_same, "docs/{name} is not what the command line in docs/pictures.md draws");
+        assert!(shown.len() < 60_000, "docs/{name} has {} bytes", shown.len());
+    }
+}
+
+#[test]
+fn a_job_shows_its_rapids_and_tools() {
+    let folder = bench();
+    let job = "IMF_PBL_V1.0\nREF XYZ\nVEL 8000\nFASTVEL 20000\nFASTABS X20000 Y30000 Z-5000\n\
+               MOVEREL X9000\nGETTOOL 7\nCWABS I33000 J30000\nFASTABS X0\nPROGEND\n";
+    written(folder.path(), "job.ncp", job);
+    let line = ["ncp", "run", "job.ncp", "--machine", "mill", "--yes", "--plot", "job.svg"];
+    let (code, ..) = run(folder.path(), &line);
+    assert_eq!(code, 0);
+    let svg = read(folder.path(), "job.svg");
+    for class in ["reference", "rapid", "feed", "arc", "envelope"] {
+        assert_eq!(drawn(&svg, class).len(), 2, "{class}: from above and isometric");
+    }
+    let tool = drawn(&svg, "mark tool");
+    assert!(tool[0].contains("X 29.000 mm, Y 30.000 mm, Z -5.000 mm"), "{tool:?}");
+    assert!(tool[0].contains("tool 7 is put in, line 7"), "{tool:?}");
+}
+
+#[test]
+fn stops_errors_and_limits_are_where_they_happened() {
+    let folder = bench();
+    written(folder.path(), "far.txt", "@07\n@0R7\n@0A40000,4000,0,900,0,900,0,900\n");
+    let line = ["run", "far.txt", "--machine", "mill", "--plot", "far.svg"];
+    let (code, ..) = run(folder.path(), &line);
+    assert_eq!(code, 1);
+    let svg = read(folder.path(), "far.svg");
+    let limit = drawn(&svg, "mark limit");
+    // The switch of X is at 24,001 steps, 80 to a mm.
+    assert!(limit[0].contains("X 300.0") && limit[0].contains("limit switch X+"), "{limit:?}");
+    assert!(drawn(&svg, "mark error").is_empty(), "one thing is one sign");
+
+    written(folder.path(), "stop.txt", "@07\n@0A8000,1000,0,900,0,900,0,900\n");
+    let line =
+        ["run", "stop.txt", "--press", "stop@2s", "--plot", "stop.svg", "--plot-view", "top"];
+    run(folder.path(), &line);
+    let stop = read(folder.path(), "stop.svg");
+    let stop = drawn(&stop, "mark stop");
+    assert!(stop.len() == 1 && stop[0].contains("stopped at 2."), "{stop:?}");
+
+    written(folder.path(), "typo.txt", "@07\n@0A800,1000,0,900,0,900,0,900\n@0A1,1\n");
+    run(folder.path(), &["run", "typo.txt", "--plot", "typo.svg"]);
+    let error = read(folder.path(), "typo.svg");
+    assert_eq!(drawn(&error, "mark error").len(), 1);
+}
+
+#[test]
+fn a_recording_draws_the_same_path() {
+    let folder = bench();
+    let line = [
+        "run",
+        "examples/commands.txt",
+        "--machine",
+        "mill",
+        "--record",
+        "drill.jsonl",
+        "--plot",
+        "one.svg",
+    ];
+    assert_eq!(run(folder.path(), &line).0, 0);
+    assert_eq!(run(folder.path(), &["replay", "drill.jsonl", "--plot", "other.svg"]).0, 0);
+    let [one, other] = ["one.svg", "other.svg"].map(|name| read(folder.path(), name));
+    assert_eq!(one.replace("commands.txt", "drill.jsonl"), other);
+}
+
+#[test]
+fn a_circle_is_drawn_around_its_centre() {
+    let folder = bench();
+    let line = [
+        "circle",
+        "--radius",
+        "12.5",
+        "--steps-per-mm",
+        "80",
+        "--plane",
+        "xz",
+        "--plot",
+        "circle.svg",
+    ];
+    let (code, out, _) = run(folder.path(), &line);
+    assert_eq!((code, out.lines().count()), (0, 3));
+    let svg = read(folder.path(), "circle.svg");
+    assert_eq!(drawn(&svg, "arc").len(), 2, "from the front and isometric");
+    assert!(svg.contains("from the front"));
+    let start = drawn(&svg, "mark start");
+    assert!(start[0].contains("X 12.500 mm, Y 0.000 mm, Z 0.000 mm"), "{start:?}");
+}
+
+#[test]
+fn the_path_goes_to_other_programs() {
+    let folder = bench();
+    let line = [
+        "run",
+        "examples/commands.txt",
+        "--machine",
+        "mill",
+        "--as",
+        "gcode",
+        "drill.nc",
+        "--as",
+        "dxf",
+        "drill.dxf",
+        "--json",
+    ];
+    assert_eq!(run(folder.path(), &line).0, 0);
+    let code = read(folder.path(), "drill.nc");
+    // Down and up again, and the way is relative: 800 steps of 80 to a mm.
+    let end: Vec<&str> = code.lines().rev().take(5).collect();
+    assert_eq!(end, ["M2", "G1 Z-5", "G1 Z-10 F540", "G1 X40 F3000", "G1 Z-5 F540"], "{code}");
+    assert!(
+        code.starts_with("(commands.txt - imc4 - mill)\nG21 G90 G94 G17\nG0 X50 Y50 Z-20\n"),
+        "{code}"
+    );
+    let drawing = read(folder.path(), "drill.dxf");
+    assert_eq!(drawing.matches("\nFEED\n 10\n").count(), 5, "{drawing}");
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_is_done() {
+    let folder = bench();
+    for (line, text) in [
+        (&["--plot", "out.pdf"][..], "use .svg or .png"),
+        (&["--plot", "nowhere/out.svg"], "cannot write nowhere/out.svg"),
+        (&["--as", "step", "out.step"], "--as step: this is not a format"),
+        (&["--as", "gcode", "nowhere/out.nc"], "cannot write nowhere/out.nc"),
+        (&["--plot-view", "top"], "--plot <OUT>"),
+        (&["--plot", "a.svg", "--plot-view", "below"], "top, front, side, iso, time"),
+    ] {
+        let line = [&["run", "examples/commands.txt"], line].concat();
+        let (code, out, err) = run(folder.path(), &line);
+        assert_eq!((code, out.as_str()), (2, ""), "{line:?}");
+        assert!(err.contains(text), "{line:?}: {err}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn it_is_shown_where_something_can_show_it() {
+    let folder = bench();
+    let bin = folder.path().join("bin");
+    let open = |path: &Path| {
+        let mut command = process::vimc4(
+            folder.path(),
+            &["circle", "--radius", "9", "--plot", "a.svg", "--open"],
+        );
+        said(command.env("PATH", path).output().unwrap())
+    };
+    let (code, _, err) = open(&bin);
+    assert_eq!(code, 0);
+    assert!(err.contains("cannot show a.svg, because xdg-open does not start"), "{err}");
+    let viewer = "#!/bin/sh\necho \"$1\" > shown.part\nexec /bin/mv shown.part shown.txt\n";
+    let program = bin.join("xdg-open");
+    fs::write(&program, viewer).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(open(&bin).0, 0);
+    let shown = folder.path().join("shown.txt");
+    process::until("the picture is shown", || shown.exists());
+    assert_eq!(fs::read_to_string(shown).unwrap(), "a.svg\n");
+}
