@@ -142,6 +142,16 @@ pub(crate) struct Arguments {
     pub(crate) until_stdin_closes: bool,
 }
 
+#[cfg(feature = "api")]
+impl Arguments {
+    /// Whether requests can be given a debugger: its history follows a controller at a plain line whose time
+    /// goes by itself, and no editor leads the same.
+    fn can_be_debugged(&self) -> bool {
+        let plain = !self.line_pacing && !self.line_physics;
+        plain && self.dap.is_none() && self.time != Clock::Manual
+    }
+}
+
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Places<'a> {
@@ -220,7 +230,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                         dap: debugger.map(|on| let_attach(on, &emulators)).transpose()?,
                         #[cfg(feature = "api")]
                         api: match place {
-                            Some(place) => Some(crate::api::start(place, &emulators).await?),
+                            Some(place) => {
+                                let can = arguments.can_be_debugged();
+                                Some(crate::api::start(place, &emulators, can).await?)
+                            }
                             None => None,
                         },
                     })

@@ -4,20 +4,25 @@
 //! `VIMC4_REQUIRE_TOOLS=1` it fails instead, so that nothing is left out unnoticed.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::io::{Read, Write};
 use std::process::{Command, ExitCode, Output};
+use std::thread;
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, connect, run};
+use process::{Process, connect, run, until};
 
 const PAGE: &str = include_str!("../../docs/api.md");
 
 /// Where the page says that it listens.
 const THERE: &str = "127.0.0.1:8080";
+
+/// What Node.js 20 needs for what browsers and later ones have.
+const WEBSOCKET: &str = "--experimental-websocket";
 
 type Outcome = Result<(), Failed>;
 
@@ -30,8 +35,10 @@ fn block(language: &str) -> Vec<&'static str> {
 
 /// A controller as on the page, and where it really listens.
 fn serve(folder: &std::path::Path, arguments: &[&str]) -> (Process, Value, String) {
-    let given = ["--machine", "mill", "--time", "manual", "--pty", "none"];
-    let given: Vec<&str> = given.iter().chain(arguments).copied().collect();
+    let time: &[&str] = if arguments.contains(&"--time") { &[] } else { &["--time", "manual"] };
+    let arguments: Vec<&str> = time.iter().chain(arguments).copied().collect();
+    let given = ["--machine", "mill", "--pty", "none"];
+    let given: Vec<&str> = given.into_iter().chain(arguments).collect();
     let (serve, ready) = Process::serve(folder, &given);
     let url = ready["http"].as_str().unwrap_or_default();
     let address = url.trim_start_matches("http://").trim_end_matches('/').to_owned();
@@ -87,8 +94,8 @@ fn the_javascript_recipe_runs() -> Outcome {
     let (_serve, ready, address) = serve(folder.path(), &["--web"]);
     process::ask(&mut connect(process::tcp(&ready, 0)), "@07\r", 1);
     let code = block("js").join("\n").replace(THERE, &address);
-    let text = printed(&Command::new("node").args(["-e", &code]).output()?)?;
-    assert!(text.starts_with("127.0.0.1:") && text.contains("@07  "), "{text}");
+    let text = printed(&Command::new("node").args([WEBSOCKET, "-e", &code]).output()?)?;
+    assert_eq!(text, "@07  set axes X+Y+Z\n0  at once\n");
     Ok(())
 }
 
@@ -129,6 +136,69 @@ fn it_listens_where_it_says() -> Outcome {
     Ok(())
 }
 
+/// What a request is answered with: its status, and the JSON.
+fn request(address: &str, method: &str, path: &str, body: &Value) -> (u16, Value) {
+    let mut client = connect(address);
+    let body = if body.is_null() { String::new() } else { body.to_string() };
+    write!(
+        client,
+        "{method} /v1/controllers/1{path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\
+         Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .unwrap();
+    let mut answer = String::new();
+    client.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+    (status, serde_json::from_str(body).unwrap())
+}
+
+/// The debugger goes forward with the controller and back without it, and lets it go when it is closed.
+fn the_debugger_goes_forward_and_back() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web"]);
+    let debug = |line: &str| {
+        let (status, said) = request(&address, "POST", "/debugger", &json!({ "line": line }));
+        (status, said["text"].as_str().unwrap_or_default().to_owned())
+    };
+    let x = |path: &str| request(&address, "GET", path, &Value::Null).1;
+    assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).1["effect"], "nothing");
+    assert!(debug("where").1.contains("idle"));
+    assert_eq!(x("/clock")["paused"]["by"], "the API");
+    for line in ["send @01", "send @0A5000,900", "step command", "step command", "continue 1s"] {
+        assert_eq!(debug(line).0, 200, "{line}");
+    }
+    // A second at 900 Hz; the first steps are slower.
+    assert_eq!(x("/position")["axes"]["X"], 898);
+    assert!(debug("back command").1.contains("#2 @0A5000,900"));
+    assert_eq!(x("/debugger/view")["axes"][0]["position"], 0);
+    assert_eq!(x("/position")["axes"]["X"], 898);
+    assert!(debug("what if press stop").1.contains("says  F"));
+    assert_eq!((debug("nonsense").0, debug("screen").0), (422, 422));
+    assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).1["effect"], "something");
+    assert_eq!(x("/clock")["paused"], Value::Null);
+    let idle = json!({ "condition": "idle" });
+    assert_eq!(request(&address, "POST", "/clock/run-until", &idle).0, 200);
+    assert_eq!(x("/position")["axes"]["X"], 5_000);
+    // What runs without an end is ended by whoever closes it.
+    assert_eq!(debug("where").0, 200);
+    thread::scope(|scope| {
+        let runs = scope.spawn(|| debug("continue"));
+        until("it runs", || x("/clock")["paused"] == Value::Null);
+        assert_eq!(debug("where").0, 409);
+        assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).0, 200);
+        assert!(runs.join().is_ok());
+    });
+    assert_eq!(x("/clock")["paused"], Value::Null);
+
+    let (_serve, _, address) = serve(folder.path(), &["--time", "manual", "--web"]);
+    let refused = request(&address, "POST", "/debugger", &json!({ "line": "where" }));
+    assert_eq!(refused.0, 409);
+    assert!(refused.1["remedy"].as_str().is_some_and(|remedy| remedy.contains("--time manual")));
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some();
@@ -137,11 +207,12 @@ fn main() -> ExitCode {
         let name = if missing { format!("{name} (needs `{tool}`)") } else { name.to_owned() };
         Trial::test(name, test).with_ignored_flag(missing && !required)
     };
-    let node = "node -e 'new WebSocket(\"ws://127.0.0.1:1\").onerror = () => {}'";
+    let node = format!("node {WEBSOCKET} --version");
     let trials = vec![
         trial("curl_answers_as_shown", "curl --json x --version", curl_answers_as_shown),
         trial("the_python_recipe_runs", "python3 --version", the_python_recipe_runs),
-        trial("the_javascript_recipe_runs", node, the_javascript_recipe_runs),
+        trial("the_javascript_recipe_runs", &node, the_javascript_recipe_runs),
+        trial("the_debugger_goes_forward_and_back", "", the_debugger_goes_forward_and_back),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()

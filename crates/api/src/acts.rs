@@ -11,10 +11,11 @@ use vimc4::{
 };
 
 use crate::call::{Answer, Call, Outcome, no_such};
+use crate::debugger::Question;
 use crate::entry;
 use crate::limits::{BREAKPOINTS, PAGE, SNAPSHOTS};
 use crate::problem::{Kind, Problem};
-use crate::served::Kept;
+use crate::served::{Debug, Kept};
 
 // --- the server ---
 
@@ -314,6 +315,29 @@ pub(crate) async fn remove_breakpoint(call: Call) -> Outcome {
     match call.controller()?.control.remove_breakpoint(BreakpointId(id)).await? {
         true => done(&Effect::Something),
         false => Err(no_such("breakpoint", &id.to_string())),
+    }
+}
+
+// --- the debugger ---
+
+pub(crate) async fn debug(call: Call) -> Outcome {
+    ask_debugger(&call, Question::Line(call.text("line").to_owned())).await
+}
+
+pub(crate) async fn debugger_view(call: Call) -> Outcome {
+    ask_debugger(&call, Question::View).await
+}
+
+async fn ask_debugger(call: &Call, question: Question) -> Outcome {
+    let served = call.controller()?;
+    let open = call.app.debugger.as_ref().map(|Debug(open)| open);
+    Answer::json(&served.desk.ask(open, &served.control, question).await?)
+}
+
+pub(crate) async fn close_debugger(call: Call) -> Outcome {
+    match call.controller()?.desk.close().await {
+        true => done(&Effect::Something),
+        false => done(&Effect::Nothing { why: Some("it was not open") }),
     }
 }
 

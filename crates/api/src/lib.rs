@@ -16,7 +16,7 @@
 //! # #[tokio::main(flavor = "current_thread")]
 //! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let emulators = [Emulator::builder().time(Clock::Manual).start()?];
-//! let server = Server::start(Place::take("127.0.0.1:0", None)?, &emulators).await?;
+//! let server = Server::start(Place::take("127.0.0.1:0", None)?, &emulators, None).await?;
 //!
 //! let mut client = TcpStream::connect(server.address())?;
 //! let host = server.address();
@@ -31,6 +31,7 @@
 
 mod acts;
 mod call;
+mod debugger;
 mod document;
 mod entry;
 mod events;
@@ -43,5 +44,6 @@ mod served;
 mod server;
 mod table;
 
+pub use debugger::{Cancel, Debugging, Open};
 pub use guard::Token;
 pub use server::{Place, Server, ServerError};

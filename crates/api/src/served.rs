@@ -1,6 +1,7 @@
 //! The controllers that are served.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,6 +11,7 @@ use serde_json::{Value, json};
 use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
 use vimc4::{Control, Emulator, Error, LengthUnit, Names, Snapshot, Time, View};
 
+use crate::debugger::{Desk, Open};
 use crate::feed::{Bell, Feed};
 use crate::guard::Token;
 use crate::limits::{JOURNEYS, Rate, SOCKETS};
@@ -26,10 +28,21 @@ pub(crate) struct App {
     pub(crate) sockets: Arc<Semaphore>,
     pub(crate) journeys: Semaphore,
     pub(crate) bell: Arc<Bell>,
+    /// Opens a debugger, if there is one to be had.
+    pub(crate) debugger: Option<Debug>,
     /// Changes a moment after something has happened.
     pub(crate) news: watch::Sender<()>,
     /// Somebody wants the program to end.
     pub(crate) quit: Arc<Notify>,
+}
+
+/// How a debugger is opened.
+pub(crate) struct Debug(pub(crate) Open);
+
+impl fmt::Debug for Debug {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Debug")
+    }
 }
 
 /// One controller, as requests have it.
@@ -40,6 +53,7 @@ pub(crate) struct Served {
     /// What does not change.
     pub(crate) about: Value,
     pub(crate) snapshots: Snapshots,
+    pub(crate) desk: Desk,
     position: Turn<Option<(Instant, Arc<Position>)>>,
 }
 
@@ -104,6 +118,7 @@ impl App {
     pub(crate) async fn of(
         emulators: &[Emulator],
         token: Option<Token>,
+        debugger: Option<Open>,
         quit: Arc<Notify>,
     ) -> Result<App, Error> {
         let bell = Arc::new(Bell::default());
@@ -117,8 +132,8 @@ impl App {
             let feed = Feed::new(Arc::clone(&bell));
             control.watch(feed.sink()).await?;
             let about = about(number, emulator, &control, &names);
-            let (snapshots, position) = (Snapshots::default(), Turn::default());
-            controllers.push(Served { control, feed, about, snapshots, position });
+            let (snapshots, desk, position) = Default::default();
+            controllers.push(Served { control, feed, about, snapshots, desk, position });
         }
         Ok(App {
             controllers,
@@ -128,6 +143,7 @@ impl App {
             sockets: Arc::new(Semaphore::new(SOCKETS)),
             journeys: Semaphore::new(JOURNEYS),
             bell,
+            debugger: debugger.map(Debug),
             news: watch::Sender::new(()),
             quit,
         })

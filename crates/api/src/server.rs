@@ -25,6 +25,7 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use vimc4::Emulator;
 
 use crate::call::{Answer, Call, body, query};
+use crate::debugger::Open;
 use crate::document;
 use crate::events;
 use crate::files::FILES;
@@ -97,15 +98,19 @@ impl Place {
 }
 
 impl Server {
-    /// Serves these controllers, in a thread of its own.
+    /// Serves these controllers, in a thread of its own. `debugger` opens one on any of them.
     ///
     /// # Errors
     ///
     /// If there is no thread to be had, or a controller has ended.
-    pub async fn start(place: Place, emulators: &[Emulator]) -> Result<Server, ServerError> {
+    pub async fn start(
+        place: Place,
+        emulators: &[Emulator],
+        debugger: Option<Open>,
+    ) -> Result<Server, ServerError> {
         let Place { listener, address, token } = place;
         let quit = Arc::new(Notify::new());
-        let app = Arc::new(App::of(emulators, token, Arc::clone(&quit)).await?);
+        let app = Arc::new(App::of(emulators, token, debugger, Arc::clone(&quit)).await?);
         let runtime = runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(ServerError::Start)?;
         let serve = move || {

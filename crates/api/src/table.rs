@@ -25,6 +25,7 @@ const ORDER: &[Field] = &[Field::needed("order", Of::Text, "as on standard input
 const VALUE: &[Field] =
     &[Field::needed("value", Of::Value, "a number, or the name of a switch's position", "1")];
 const LINE: &[Field] = &[Field::needed("line", Of::Text, "the line so far", "press ")];
+const DEBUG: &[Field] = &[Field::needed("line", Of::Text, "as in `vimc4 console`", "back command")];
 const SEND: &[Field] = &[Field::needed("send", Of::Text, "bytes, a character for each", "@07\r")];
 const CLOCK: &[Field] = &[Field::needed("clock", Of::Text, "real, or a factor such as 8x", "8x")];
 const SPAN: &[Field] = &[Field::needed("span", Of::Text, "how far, with a unit", "250ms")];
@@ -101,6 +102,12 @@ routes! {
         "Pause time whenever a condition becomes true";
     DELETE "/v1/controllers/{n}/breakpoints/{id}" NONE NONE "Done" remove_breakpoint
         "Remove a breakpoint";
+    POST "/v1/controllers/{n}/debugger" NONE DEBUG "Said" debug
+        "Step forward and back, ask why and what if, in the words of the console; pauses time";
+    GET "/v1/controllers/{n}/debugger/view" NONE NONE "View" debugger_view
+        "Everything that is visible at the moment that the debugger looks at";
+    DELETE "/v1/controllers/{n}/debugger" NONE NONE "Done" close_debugger
+        "Close the debugger: the controller goes on";
     GET "/v1/controllers/{n}/journal" PAGE NONE "Journal" journal
         "What happened, numbered and oldest first; `next` goes on from there as `after`";
     GET "/v1/controllers/{n}/faults" NONE NONE "Faults" faults "The faults that there are";

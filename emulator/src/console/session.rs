@@ -182,6 +182,13 @@ impl Session {
         Ok(Session { live: Some(live), others, ..session })
     }
 
+    /// A controller that runs for others, and goes on afterwards.
+    pub(crate) fn beside(control: &Control, who: &str, cancel: Cancel) -> Result<Session, Wrong> {
+        let (live, debugger) = Live::with(control, who, None)?;
+        let session = Session::new(debugger, Arc::clone(control.machine()), cancel);
+        Ok(Session { live: Some(live), ..session })
+    }
+
     /// All controllers that run, to be ended.
     pub(crate) fn into_emulators(self) -> Vec<Emulator> {
         let others = self.others.into_iter().flatten().map(|other| match other {
