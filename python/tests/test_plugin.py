@@ -498,3 +498,98 @@ def test_each_model_has_its_own_file(pytester):
     assert (pytester.path / "met-smcu.json").exists()
     result = pytester.runpytest_subprocess("--vimc4-coverage=met-smcu.json", "-k", "imc4")
     result.stdout.fnmatch_lines(["*it covers the model smcu, and this is imc4*"])
+
+
+SWEPT = '''
+import pytest
+from stepper import Stepper
+
+@pytest.fixture
+def stepper(vimc4):
+    with vimc4.serial(timeout=1) as port:
+        yield Stepper(port)
+
+@pytest.mark.vimc4("imc-s8", "mill")
+@pytest.mark.vimc4_sweep(harms=["stop"], modes=["transient"])
+def test_careless(stepper):
+    stepper.reference()
+    stepper.start_move_by(800, 0, 0, speed=900)
+    stepper.port.read(1)
+
+@pytest.mark.vimc4("imc-s8", "mill")
+def test_careful(stepper):
+    stepper.reference()
+    stepper.move_by(80, 0, 0, speed=900)
+    assert stepper.position() == (80, 0, 0)
+
+def test_without_a_controller():
+    pass
+'''
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["alone", "xdist"])
+def test_a_test_is_swept(pytester, monkeypatch, workers):
+    pytester.makepyfile(SWEPT)
+    drivers = Path(__file__).resolve().parents[2] / "examples" / "python"
+    monkeypatch.setenv("PYTHONPATH", str(drivers), prepend=os.pathsep)
+    swept = pytester.runpytest_subprocess(*workers)
+    swept.assert_outcomes(passed=2, failed=1)
+    swept.stdout.fnmatch_lines(
+        [
+            "*test_careless*",
+            "* points, * outcomes, * with something wrong",
+            "it reports success, but the machine is not where it should be*",
+            "  broken: STOP was pressed when *",
+            "  did: went on as if nothing had happened; it returned",
+            "  vimc4 replay *case-*.jsonl",
+        ]
+    )
+    swept.stdout.no_fnmatch_line("*test_careful*points*")
+    # The recording of a case is that of its run.
+    found = [line.split()[-1] for line in swept.outlines if line.startswith("  vimc4 replay ")]
+    assert found and all("@0A800,900" in Path(file).read_text() for file in found)
+    # By the option all are, and the worst that happens to a careful one is what no answer tells.
+    swept = pytester.runpytest_subprocess("--vimc4-sweep", "-k", "careful or without", *workers)
+    swept.assert_outcomes(passed=1, failed=1)
+    swept.stdout.fnmatch_lines(["*heard: what it always hears", "*sweeps of vimc4*"])
+
+
+def test_a_test_that_cannot_be_swept_says_why(pytester):
+    pytester.makepyfile(
+        """
+        import threading, time
+        import pytest
+
+        pytestmark = pytest.mark.vimc4_sweep(harms=["dropped"], modes=["transient"], limit=0.3)
+
+        def test_silent(vimc4):
+            pass
+
+        def test_several(vimc4, vimc4_start):
+            vimc4_start()
+
+        @pytest.mark.vimc4_sweep(harms=["drop"])
+        def test_misspelt(vimc4):
+            pass
+
+        def test_that_fails_anyway(vimc4):
+            assert vimc4.serial(timeout=1).read() == b"0"
+
+        def test_that_hangs(vimc4):
+            port = vimc4.serial(timeout=1)
+            port.write(b"@07\\r")
+            if port.read() != b"0":
+                time.sleep(10_000)
+        """
+    )
+    swept = pytester.runpytest_subprocess()
+    swept.assert_outcomes(failed=5)
+    swept.stdout.fnmatch_lines(
+        [
+            "*it cannot be swept: there is no point at which this could go wrong*",
+            "*Error: a test with several controllers cannot be swept*",
+            "*it cannot be swept: `drop` is none of the harms; they are dropped,*",
+            "*AssertionError*",
+            "it hangs (*",
+        ]
+    )

@@ -1,6 +1,7 @@
 """Every fault that can strike a driver, one after the other."""
 
 import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -83,6 +84,54 @@ def test_a_driver_that_fails_by_itself_is_told_so():
         virtual.sweep(broken)
     with pytest.raises(ValueError, match="3/2 is no part"):
         virtual.sweep(careful, shard=(3, 2))
+
+
+def sleeping(emulator):
+    """It waits for something else than its port."""
+    port = emulator.serial(timeout=1)
+    port.write(b"@07\r")
+    if port.read(1) != b"0":
+        threading.Event().wait()
+
+
+def test_who_waits_elsewhere_hangs_and_is_left_behind():
+    swept = virtual.sweep(
+        sleeping, "imc-s8", harms=["dropped"], modes=["transient"], limit=0.2
+    )
+    assert {outcome.title for outcome in swept.bad} == {"it hangs"}
+
+
+async def awaited(emulator):
+    emulator.serial(timeout=1).write(b"@07\r")
+
+
+@pytest.mark.parametrize(
+    ("drive", "options", "error", "says"),
+    [
+        (lambda emulator: None, {}, virtual.Error, "the driver has to send something"),
+        (lambda emulator: emulator.advance("1s"), {}, virtual.Error, "has to send something"),
+        (awaited, {}, TypeError, "be done when it returns"),
+        (3, {}, TypeError, "3 cannot be called"),
+        (broken, {}, virtual.Error, "it never works"),
+        (careful, {"harms": []}, ValueError, "there are no harms to try"),
+        (careful, {"modes": []}, ValueError, "there are no modes to try"),
+        (careful, {"harms": "drop"}, ValueError, "`drop` is none of the harms; they are dropped"),
+        (careful, {"modes": ["often"]}, ValueError, "`often` is none of the modes"),
+        (careful, {"shard": "1/3"}, ValueError, "'1/3' is no part; the first"),
+        (careful, {"executor": 3}, TypeError, "3 is no executor"),
+        (careful, {"known": "junk\n"}, ValueError, "`known` is not from this sweep: line 1"),
+    ],
+)
+def test_what_cannot_be_swept_is_refused(drive, options, error, says):
+    with pytest.raises(error, match=says):
+        virtual.sweep(drive, **options)
+
+
+def test_there_is_no_point_before_the_first():
+    swept = virtual.sweep(careless, "imc-s8", "mill", harms=["stop"])
+    for point in (-1, swept.points):
+        with pytest.raises(ValueError, match=f"there is no point {point}; there are"):
+            swept.again(point)
 
 
 def test_shards_are_put_together_and_interrupted_ones_go_on():

@@ -265,3 +265,12 @@ def test_coverage_is_of_one_model(tmp_path):
     source, tracefile = mine.lcov("tables.txt")
     assert "@A" in source and "SF:tables.txt" in tracefile
     assert "@A" in mine.table() and mine.commands()[0]["mnemonic"]
+
+
+@pytest.mark.vimc4("imc-s8", "mill")
+@pytest.mark.vimc4_sweep(harms=["stop", "limit-switch", "power-off"])
+def test_the_driver_notices_what_happens_to_the_machine(vimc4):
+    stepper = Stepper(vimc4.serial(timeout=1))
+    stepper.reference()
+    stepper.move_by(800, 0, 0, speed=900)
+    assert stepper.position() == (800, 0, 0)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import inspect
 import json
 import os
 import threading
+import time
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple
 
@@ -63,6 +65,18 @@ class Broken(NamedTuple):
         return "\n".join(lines)
 
 
+def outcomes(results: _vimc4.SweepResults) -> list[Broken]:
+    """The outcomes in the words of Python: what has no exit code returns, or raises an error."""
+    words = (("exit code 0: success", "it returned"), ("exit code 1: an error", "it raised an error"))
+    told = []
+    for group in results.groups():
+        broken = Broken(**group)
+        for code, word in words:
+            broken = broken._replace(did=broken.did.replace(code, word))
+        told.append(broken)
+    return told
+
+
 class Swept(Error, AssertionError):
     """A driver does something wrong where something goes wrong."""
 
@@ -85,6 +99,16 @@ class _Task(NamedTuple):
     limit: float
 
 
+class _Ran(NamedTuple):
+    """A run of a driver."""
+
+    code: int | None
+    """How it has ended, as a program would: 0 is success. None if it has not."""
+    given: str
+    """What it has given."""
+    error: BaseException | None = None
+
+
 class Sweep:
     """What came of a sweep."""
 
@@ -101,7 +125,7 @@ class Sweep:
     @property
     def outcomes(self) -> list[Broken]:
         """What came of them, the worst first."""
-        return [Broken(**group) for group in self._results.groups()]
+        return outcomes(self._results)
 
     @property
     def bad(self) -> list[Broken]:
@@ -120,6 +144,8 @@ class Sweep:
 
     def again(self, point: int) -> None:
         """Tries a point once more, in this thread: for a debugger."""
+        if not 0 <= point < self.points:
+            raise ValueError(f"there is no point {point}; there are {self.points}, from 0 on")
         with _Tried(self._task.model, self._task.machine, "manual", record=False, coverage=False) as emulator:
             self._session.begin(emulator._core, point)
             self._task.drive(emulator)
@@ -138,7 +164,7 @@ def sweep(
     modes: Sequence[Mode] | None = None,
     shard: tuple[int, int] = (1, 1),
     known: str = "",
-    limit: float = 60.0,
+    limit: float | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Sweep:
     """Tries a driver once without a fault, and then once for each point at which something can go wrong:
@@ -153,24 +179,39 @@ def sweep(
     :param modes: ``transient``, ``persistent`` and ``compound``, or some of them
     :param shard: (3, 16) does the third of sixteen equal parts
     :param known: lines of an earlier `Sweep`, of another shard or of one that was interrupted
-    :param limit: after so many seconds a driver counts as one that hangs
+    :param limit: after so many seconds a driver counts as one that hangs; without it after twenty times as
+        long as it takes without a fault, and at least two seconds. One that waits for something else than its
+        port is left behind as a thread of the background
     :param progress: called with how many points are done and how many there are to do
     """
-    choice: dict[str, Any] = {
-        "harms": list(harms or HARMS), "modes": list(modes or MODES), "live": True,
-    }  # fmt: skip
-    number, count = shard
+    if not callable(drive) or inspect.iscoroutinefunction(drive):
+        raise TypeError(
+            f"{drive!r} cannot be called and be done when it returns; give a function that gets an emulator"
+        )
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise TypeError(f"{executor!r} is no executor; give one of concurrent.futures")
+    try:
+        number, count = map(int, shard)
+    except (TypeError, ValueError):
+        number, count = 0, 0
     if not 1 <= number <= count:
-        raise ValueError(f"{number}/{count} is no part; the first of sixteen is (1, 16)")
-    task = _Task(drive, model, machine, "[]", json.dumps(choice), limit)
-    code, given = _run(task, None, 0)
-    if code != 0:
-        what = "does not end" if code is None else "raises an error"
-        raise Error(f"the driver {what} although nothing is broken; mend that first")
-    task = task._replace(given=given)
-    result = Sweep(task, _session(task))
+        shown = f"{number}/{count}" if count else repr(shard)
+        raise ValueError(f"{shown} is no part; the first of sixteen is (1, 16)")
+    task = _Task(drive, model, machine, "[]", chosen(harms, modes), PATIENCE if limit is None else limit)
+    began = time.monotonic()
+    ran = _run(task, None, 0)
+    if ran.code != 0:
+        what = "does not end" if ran.error is None else f"raises {ran.error!r}"
+        raise Error(f"the driver {what} although nothing is broken; mend that first") from ran.error
+    if limit is None:
+        task = task._replace(limit=longest(time.monotonic() - began))
+    task = task._replace(given=ran.given)
+    result = Sweep(task, begun(task.model, task.machine, task.given, task.choice))
     results = result._results
-    results.read(known)
+    try:
+        results.read(known)
+    except ValueError as error:
+        raise ValueError(f"`known` is not from this sweep: {str(error).partition(';')[0]}") from None
     mine = [point for point in range(number - 1, result.points, count) if not results.has(point)]
     done = 0
     for judged in _everywhere(executor, task, mine):
@@ -189,6 +230,44 @@ HARMS = (
 asked for."""
 
 MODES = ("transient", "persistent", "compound")
+
+ASKED_FOR = ("misread", "lost-steps")
+
+PATIENCE = 60.0
+"""How many seconds a driver may take without a fault."""
+
+
+def longest(clean: float) -> float:
+    """How many seconds a driver may take that takes so many without a fault."""
+    return max(2.0, 20 * clean)
+
+
+def chosen(harms: Sequence[Harm] | None, modes: Sequence[Mode] | None) -> str:
+    """Which points there are, as JSON."""
+    choice: dict[str, Any] = {"live": True}
+    for name, given, usual, more in (("harms", harms, HARMS, ASKED_FOR), ("modes", modes, MODES, ())):
+        those = list(usual if given is None else [given] if isinstance(given, str) else given)
+        for one in those:
+            if one not in (*usual, *more):
+                known = ", ".join((*usual, *more))
+                raise ValueError(f"`{one}` is none of the {name}; they are {known}")
+        if not those:
+            raise ValueError(f"there are no {name} to try; leave {name} out for all of them")
+        choice[name] = those
+    return json.dumps(choice)
+
+
+def begun(
+    model: str | os.PathLike[str], machine: str | os.PathLike[str], given: str, choice: str
+) -> _vimc4.SweepSession:
+    """The points of a driver that has given this."""
+    session = _vimc4.SweepSession(model, machine, given, choice)
+    if session.points == 0:
+        raise Error(
+            "there is no point at which this could go wrong; the driver has to send something to its "
+            "controller, and to move it if only moves are to go wrong"
+        )
+    return session
 
 
 def _everywhere(
@@ -217,35 +296,29 @@ def _first(
     return set(done), set(others)
 
 
-def _session(task: _Task) -> _vimc4.SweepSession:
-    return _vimc4.SweepSession(task.model, task.machine, task.given, task.choice)
-
-
 def _try(task: _Task, points: Iterable[int]) -> list[str]:
     """Tries some points, in whatever process this is."""
-    session = _session(task)
+    session = begun(task.model, task.machine, task.given, task.choice)
     judged = []
     for point in points:
-        code, given = _run(task, session, point)
-        judged.append(session.judge(point, given, code))
+        ran = _run(task, session, point)
+        judged.append(session.judge(point, ran.given, ran.code))
     return judged
 
 
-def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> tuple[int | None, str]:
-    """Runs a driver once. Says how it has ended, None if it has not, and what it has given."""
+def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
+    """Runs a driver once."""
     with _Tried(task.model, task.machine, "manual", record=False, coverage=False) as emulator:
         if session is not None:
             session.begin(emulator._core, point)
-        codes: list[int | None] = []
+        ended: list[BaseException | None] = []
 
         def run() -> None:
             try:
                 task.drive(emulator)
-                codes.append(0)
-            except GivenUp:
-                codes.append(None)
-            except BaseException:
-                codes.append(1)
+                ended.append(None)
+            except BaseException as error:
+                ended.append(error)
 
         driver = threading.Thread(target=run, name="vimc4 driver", daemon=True)
         driver.start()
@@ -254,13 +327,16 @@ def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> tuple[
         given = emulator._core.given().wait()
         if hung:
             _end(driver)
-    return (None if hung or not codes else codes[0]), given
+    if hung or not ended or isinstance(ended[0], GivenUp):
+        return _Ran(None, given)
+    return _Ran(0 if ended[0] is None else 1, given, ended[0])
 
 
 def _end(driver: threading.Thread) -> None:
-    """Ends a thread that goes round and round: it hears of it as soon as it is in Python."""
+    """Ends a thread that goes round and round: it hears of it as soon as it is in Python. One that waits
+    elsewhere is left to its fate."""
     if driver.ident is not None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(
             ctypes.c_ulong(driver.ident), ctypes.py_object(GivenUp)
         )
-    driver.join(10)
+    driver.join(0.5)

@@ -22,6 +22,7 @@ from . import _emulator
 from ._emulator import Emulator, running
 from ._errors import Error, Unfinished, Unmet
 from ._scope import Marks, raise_first
+from ._test_sweep import SWEPT, TRIAL, swept
 from ._vimc4 import Coverage
 
 if TYPE_CHECKING:
@@ -48,6 +49,12 @@ _COVERAGE: pytest.StashKey[dict[str, Coverage]] = pytest.StashKey()
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("vimc4", "virtual controllers")
     group.addoption(
+        "--vimc4-sweep",
+        action="store_true",
+        help="run each test that has a virtual controller once more for each fault that can strike what it does; the "
+        "marker vimc4_sweep does so with one test",
+    )
+    group.addoption(
         "--vimc4-coverage",
         metavar="FILE",
         help="count what of the protocol of the virtual controllers the tests meet, and add it to this file, "
@@ -71,6 +78,11 @@ def pytest_configure(config: pytest.Config) -> None:
         "vimc4(model, machine, time, **options): which virtual controller the fixture vimc4 is; the "
         "options are those of vimc4.Emulator. Of several markers the nearest decides, option by "
         "option. Without it: model='imc4', machine='bench', time='instant'.",
+    )
+    config.addinivalue_line(
+        "markers",
+        "vimc4_sweep(harms=None, modes=None, limit=None): the test is run once more for each fault that can "
+        "strike what it does with its controller, which is the only one; as vimc4.sweep.",
     )
 
 
@@ -109,6 +121,25 @@ class _OfXdist:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    _summary_of_sweeps(terminalreporter)
+    _summary_of_coverage(terminalreporter)
+
+
+def _summary_of_sweeps(terminalreporter: pytest.TerminalReporter) -> None:
+    lines = [
+        f"{report.nodeid}: {words}"
+        for outcome in ("passed", "failed")
+        for report in terminalreporter.getreports(outcome)
+        for name, words in report.user_properties
+        if name == SWEPT and report.when == "call"
+    ]
+    if lines:
+        terminalreporter.section("sweeps of vimc4")
+        for line in lines:
+            terminalreporter.line(line)
+
+
+def _summary_of_coverage(terminalreporter: pytest.TerminalReporter) -> None:
     config = terminalreporter.config
     met = config.stash.get(_COVERAGE, None)
     if met is None or hasattr(config, "workerinput"):
@@ -155,6 +186,10 @@ def vimc4_start(request: pytest.FixtureRequest) -> Iterator[StartsEmulators]:
     def start(*args: Any, **options: Any) -> Emulator:
         names = ("model", "machine", "time")
         options = marked | dict(zip(names, args)) | options
+        if (trial := node.stash.get(TRIAL, None)) is not None:
+            emulator = trial.start(options, request)
+            emulators.append(emulator)
+            return emulator
         ours = "recording" not in options and "record_failure" not in options
         if ours:
             number = f"-{len(emulators) + 1}" if emulators else ""
@@ -168,6 +203,8 @@ def vimc4_start(request: pytest.FixtureRequest) -> Iterator[StartsEmulators]:
         return emulator
 
     yield start
+    if (trial := node.stash.get(TRIAL, None)) is not None:
+        trial.end()
     with ExitStack() as closing:
         for emulator in emulators:
             if _UNMET not in node.stash:
@@ -181,6 +218,21 @@ def vimc4(vimc4_start: StartsEmulators) -> Emulator:
     """A virtual controller, as the marker ``vimc4`` has it; without one it is an IMC4 on the machine
     ``bench`` with the clock ``instant``."""
     return vimc4_start()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
+    """A test is swept: it is run again and again, and reported once."""
+    mark = item.get_closest_marker("vimc4_sweep")
+    if mark is None and not item.config.getoption("--vimc4-sweep"):
+        return None
+    if not isinstance(item, pytest.Function) or "vimc4_start" not in item.fixturenames:
+        return None
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for report in swept(item, nextitem, {} if mark is None else dict(mark.kwargs)):
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
 
 
 @pytest.hookimpl(wrapper=True)
@@ -222,6 +274,9 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
+    if (trial := item.stash.get(TRIAL, None)) is not None:
+        trial.take(report, call)
+        return report
     if report.when == "setup":
         item.stash[_FAILED] = False
     if report.failed:

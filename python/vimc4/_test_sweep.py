@@ -1,0 +1,167 @@
+"""A test that is run once more for each fault that can strike what it does."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Iterator
+
+import pytest
+from _pytest.runner import runtestprotocol
+
+from . import _vimc4
+from ._errors import Error
+from ._sweep import PATIENCE, GivenUp, _Tried, begun, chosen, longest, outcomes
+
+if TYPE_CHECKING:
+    from ._emulator import Emulator
+
+SWEPT = "vimc4 sweep"
+"""The property of a report that says in words what has come of a sweep."""
+
+
+class Trial:
+    """One run of a test that is swept."""
+
+    def __init__(self, session: _vimc4.SweepSession | None = None, point: int = 0) -> None:
+        self._session, self._point = session, point
+        self._emulator: Emulator | None = None
+        self._failed = self._hung = False
+        self.given = "[]"
+        self.site: tuple[Any, Any] = ("imc4", "bench")
+        self.recorded = False
+        self.recording: str | None = None
+
+    def start(self, options: dict[str, Any], request: pytest.FixtureRequest) -> Emulator:
+        """Starts its controller. How time passes is up to the sweep."""
+        if self._emulator is not None:
+            raise Error("a test with several controllers cannot be swept; leave it out")
+        ours = ("model", "machine", "time", "record", "coverage", "recording", "record_failure")
+        others = {name: value for name, value in options.items() if name not in ours}
+        if self.recorded:
+            folder = request.getfixturevalue("tmp_path_factory").mktemp("vimc4-sweep")
+            self.recording = str(folder / f"case-{self._point}.jsonl")
+        self.site = (options.get("model", "imc4"), options.get("machine", "bench"))
+        self._emulator = _Tried(
+            *self.site, "manual", record=False, coverage=False, recording=self.recording, **others
+        )
+        if self._session is not None:
+            self._session.begin(self._emulator._core, self._point)
+        return self._emulator
+
+    def end(self) -> None:
+        """Its controller is about to end."""
+        if self._emulator is not None and not self._emulator.closed:
+            self.given = self._emulator._core.given().wait()
+
+    def take(self, report: pytest.TestReport, call: pytest.CallInfo[None]) -> None:
+        """Takes note of a phase of the test."""
+        self._failed |= not report.passed
+        self._hung |= call.excinfo is not None and call.excinfo.errisinstance(GivenUp)
+
+    def give_up(self) -> None:
+        """It has not ended."""
+        self._hung = True
+
+    @property
+    def code(self) -> int | None:
+        """How the test has ended, as a program would: 0 is success. None if it has not."""
+        return None if self._hung else int(self._failed)
+
+
+TRIAL: pytest.StashKey[Trial | None] = pytest.StashKey()
+
+
+def swept(
+    item: pytest.Function, nextitem: pytest.Item | None, options: dict[str, Any]
+) -> list[pytest.TestReport]:
+    """Sweeps a test. Its reports are those of a run without a fault, in which nothing is wrong unless something
+    is wrong with a fault."""
+    began = time.perf_counter()
+    told, failure = "", None
+    try:
+        told, failure = _sweep(item, **options)
+    except (Error, TypeError, ValueError) as error:
+        failure = f"it cannot be swept: {error}"
+    reports = _run(item, nextitem, Trial(), PATIENCE)
+    for report in reports:
+        if report.when == "call":
+            report.duration = time.perf_counter() - began
+            if told:
+                report.user_properties.append((SWEPT, told))
+            if failure is not None and report.passed:
+                report.outcome, report.longrepr = "failed", failure
+    return reports
+
+
+def _sweep(
+    item: pytest.Function, harms: Any = None, modes: Any = None, limit: float | None = None
+) -> tuple[str, str | None]:
+    """What has come of a sweep in a few words, and what is wrong."""
+    choice = chosen(harms, modes)
+    clean, began = Trial(), time.monotonic()
+    # The collector of a test keeps all that is not of this test alone.
+    _run(item, item.parent, clean, PATIENCE if limit is None else limit)
+    if clean.code != 0:
+        return "", None
+    limit = longest(time.monotonic() - began) if limit is None else limit
+    session = begun(*clean.site, clean.given, choice)
+    results = _vimc4.SweepResults(session)
+    for point in range(session.points):
+        trial = Trial(session, point)
+        _run(item, item.parent, trial, limit)
+        results.add(session.judge(point, trial.given, trial.code))
+    found = outcomes(results)
+    bad = [outcome for outcome in found if outcome.bad]
+    told = f"{session.points} points, {len(found)} outcomes, {len(bad) or 'none'} with something wrong"
+    cases = [f"{outcome}\n{_recorded(item, session, outcome.point, limit)}" for outcome in bad]
+    return told, "\n\n".join([told, *cases]) if bad else None
+
+
+def _recorded(
+    item: pytest.Function, session: _vimc4.SweepSession, point: int, limit: float
+) -> str:
+    """Runs the test once more for a recording, and says how it is looked at."""
+    trial = Trial(session, point)
+    trial.recorded = True
+    _run(item, item.parent, trial, limit)
+    return f"  vimc4 replay {trial.recording}\n  vimc4 console {trial.recording}"
+
+
+def _run(
+    item: pytest.Function, nextitem: Any, trial: Trial, limit: float
+) -> list[pytest.TestReport]:
+    item.stash[TRIAL] = trial
+    # Its fixtures begin anew.
+    item._initrequest()
+    try:
+        with _given_up_after(limit):
+            return runtestprotocol(item, log=False, nextitem=nextitem)
+    except GivenUp:
+        # Between two phases of the test.
+        trial.give_up()
+        return []
+    finally:
+        item.stash[TRIAL] = None
+
+
+@contextmanager
+def _given_up_after(limit: float) -> Iterator[None]:
+    """A test that takes longer is given up where it is."""
+    has_alarm = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    if not has_alarm:
+        yield
+        return
+
+    def give_up(*_: object) -> None:
+        raise GivenUp(f"it has not ended after {limit:.1f} s")
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
