@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 18] = [
+const PAGES: [(&str, &str); 19] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
@@ -28,6 +28,7 @@ const PAGES: [(&str, &str); 18] = [
     ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
+    ("docs/panel.md", include_str!("../../docs/panel.md")),
     ("docs/ncp.md", include_str!("../../docs/ncp.md")),
     ("docs/performance.md", include_str!("../../docs/performance.md")),
     ("docs/profiles.md", include_str!("../../docs/profiles.md")),

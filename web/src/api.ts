@@ -1,0 +1,192 @@
+// The control API in the panel's words: what it answers, and how it is asked. The panel knows
+// nothing of a controller that does not come from here.
+
+/** How many units so many steps are. */
+export interface Scale {
+  steps: number;
+  units: number;
+  unit: string;
+}
+
+export interface AxisAbout {
+  index: number;
+  name: string;
+  scale: Scale | null;
+}
+
+/** A controller, which stays the same as long as the server runs. */
+export interface About {
+  number: number;
+  model: string;
+  title: string;
+  family: string;
+  machine: string;
+  axes: AxisAbout[];
+  pty: string | null;
+  tcp: string | null;
+  rfc2217: string | null;
+  serial: string | null;
+}
+
+export interface MachineAxis {
+  reference?: string;
+  negative_switch?: number | null;
+  positive_switch?: number | null;
+  lowest?: number | null;
+  highest?: number | null;
+  start?: number;
+}
+
+export interface MachineProfile {
+  title: string;
+  axes: Record<string, MachineAxis | null>;
+  job?: { rapid_velocity?: number };
+}
+
+export interface ModelProfile {
+  limits?: { speed_max?: number };
+}
+
+export interface Port {
+  port: number;
+  input: boolean;
+  value: number;
+}
+
+export interface Program {
+  status: string;
+  lines: string[];
+  marker: number | null;
+  loops: { line?: number; begin?: number; left?: number | null }[];
+}
+
+export interface View {
+  at: number;
+  powered: boolean;
+  activity: string;
+  waits_for: string | null;
+  baud: number;
+  axes: { index: number; name: string; configured: boolean; position: number; carriage: number; referenced: boolean; speed: number }[];
+  signals: { name: string; value: number | null }[];
+  ports: Port[];
+  details: { family: string; program?: Program | null; head?: string; motors_on?: boolean };
+}
+
+export interface Signal {
+  name: string;
+  kind: "button" | "switch" | "input" | { analogue: { low: number; high: number } };
+  positions: string[] | null;
+  latches: boolean;
+  bits: [number, number][];
+  terminal: string | null;
+  about: string;
+  value: number | null;
+}
+
+export interface Clock {
+  now: number;
+  clock: string;
+  paused: { at: number; by: string | null; breakpoints: number[] } | null;
+}
+
+export interface Fault {
+  number: number;
+  fault: string;
+  stage: unknown;
+  struck: number;
+}
+
+export interface Breakpoint {
+  id: number;
+  condition: string;
+  met: unknown;
+}
+
+export interface Snapshot {
+  id: number;
+  name: string;
+  at: number;
+}
+
+/** Something that happened. */
+export interface Entry {
+  number: number;
+  at: number;
+  kind: string;
+  text?: string;
+  command?: number;
+  mnemonic?: string;
+  bytes?: string;
+  why?: string;
+  motion?: "begins" | "changes" | "ends";
+  from?: number[];
+  points?: number[][];
+  axis?: number;
+  positive?: boolean;
+  active?: boolean;
+  line?: number;
+}
+
+export interface Position {
+  controller: number;
+  at: number;
+  activity: string;
+  moving: boolean;
+  positions: number[];
+  carriage: number[];
+  speed: number[];
+}
+
+/** What was wrong, and what would be right. */
+export class Problem extends Error {
+  constructor(
+    readonly status: number,
+    detail: string,
+    readonly remedy: string,
+  ) {
+    super(detail);
+  }
+}
+
+/** A client of the API of the server that the page came from. */
+export class Api {
+  token: string | null = null;
+
+  async ask<T>(method: string, path: string, body?: unknown): Promise<T> {
+    const headers: Record<string, string> = {};
+    if (this.token) headers.Authorization = `Bearer ${this.token}`;
+    if (body !== undefined) headers["Content-Type"] = "application/json";
+    const response = await fetch(`/v1${path}`, {
+      method,
+      headers,
+      body: body === undefined ? null : JSON.stringify(body),
+    }).catch(() => {
+      throw new Problem(0, "the server does not answer", "");
+    });
+    const text = await response.text();
+    let answer: unknown = null;
+    try {
+      answer = JSON.parse(text);
+    } catch {
+      // It is text.
+    }
+    if (!response.ok) {
+      const problem = (answer ?? {}) as { detail?: string; title?: string; remedy?: string };
+      const detail = problem.detail ?? problem.title ?? response.statusText;
+      throw new Problem(response.status, detail, problem.remedy ?? "");
+    }
+    return answer as T;
+  }
+
+  get<T>(path: string): Promise<T> {
+    return this.ask<T>("GET", path);
+  }
+
+  post<T>(path: string, body?: unknown): Promise<T> {
+    return this.ask<T>("POST", path, body);
+  }
+
+  delete<T>(path: string): Promise<T> {
+    return this.ask<T>("DELETE", path);
+  }
+}

@@ -1,0 +1,185 @@
+// The state of the page: which controllers there are, which one is looked at, and whether the server
+// is there. Parts of the page are told when something has changed, at most once for each frame.
+import { Api, Problem } from "./api";
+import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, View } from "./api";
+import { Feed } from "./feed";
+import { Machine } from "./machine";
+
+/** A part of the page. */
+export interface Part {
+  element: HTMLElement;
+  show(machine: Machine): void;
+  /** It will not be seen again. */
+  leave?(): void;
+}
+
+/** So long after something has happened the view is asked for, at most once in that time; ms. */
+const LOOKS = 150;
+
+export class App {
+  readonly api = new Api();
+  machines: Machine[] = [];
+  isConnected = false;
+  /** What the page says of the last order. */
+  onNotice: (text: string, isError: boolean) => void = () => {};
+  onChange: () => void = () => {};
+  onNewMachines: () => void = () => {};
+  /** Asks a person for the token. */
+  askToken: () => Promise<string> = () => Promise.reject(new Error("no token"));
+
+  private chosen = 1;
+  private isDrawn = true;
+  /** Who is to be looked at soon, and who is being looked at. */
+  private due = new Set<number>();
+  private looking = new Set<number>();
+  private feed = new Feed({
+    wish: () => this.meet(),
+    connected: (is) => {
+      this.isConnected = is;
+      if (is) for (const { number } of this.machines) this.look(number);
+      this.changed();
+    },
+    entries: (number, entries) => {
+      this.of(number)?.hear(entries);
+      this.look(number);
+      this.changed();
+    },
+    gap: (number, from, to) => {
+      this.of(number)?.gap(from, to);
+      this.changed();
+    },
+    position: (position) => {
+      this.of(position.controller)?.isAt(position);
+      this.changed();
+    },
+    refused: (detail) => this.onNotice(detail, true),
+  });
+
+  start(): void {
+    void this.feed.start();
+  }
+
+  get machine(): Machine | undefined {
+    return this.of(this.chosen) ?? this.machines[0];
+  }
+
+  choose(number: number): void {
+    this.chosen = number;
+    this.look(number);
+    this.changed();
+  }
+
+  /** Orders something of the controller that is looked at, and says what came of it. */
+  async order(text: string): Promise<void> {
+    await this.act(async (path) => {
+      const { text: answer } = await this.api.post<{ text: string }>(`${path}/orders`, { order: text });
+      this.onNotice(`${text}: ${answer}`, false);
+    });
+  }
+
+  /** Does something with the controller that is looked at; what is wrong is said on the page. */
+  async act(deed: (path: string) => Promise<unknown>): Promise<void> {
+    const machine = this.machine;
+    if (!machine) return;
+    try {
+      await deed(`/controllers/${machine.number}`);
+    } catch (error) {
+      this.say(error);
+    }
+    this.look(machine.number);
+  }
+
+  say(error: unknown): void {
+    const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
+    this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true);
+  }
+
+  changed(): void {
+    if (!this.isDrawn) return;
+    this.isDrawn = false;
+    requestAnimationFrame(() => {
+      this.isDrawn = true;
+      this.onChange();
+    });
+  }
+
+  private of(number: number): Machine | undefined {
+    return this.machines.find((machine) => machine.number === number);
+  }
+
+  /** Who is there, before each connection; goes on where it was if it is still the same server. */
+  private async meet(): Promise<{ after: Record<number, number>; token: string | null }> {
+    const about = await this.controllers();
+    const after: Record<number, number> = {};
+    const known = JSON.stringify(this.machines.map((machine) => machine.about));
+    const isOther = known !== JSON.stringify(about);
+    if (isOther) {
+      this.machines = await Promise.all(
+        about.map(async (one) => {
+          const path = `/controllers/${one.number}`;
+          return new Machine(
+            one,
+            await this.api.get<MachineProfile>(`${path}/machine`),
+            await this.api.get<ModelProfile>(`${path}/model`),
+          );
+        }),
+      );
+    }
+    for (const machine of this.machines) {
+      const last = machine.entries.at(-1);
+      if (last && !(await this.still(machine.number, last))) machine.forget();
+      after[machine.number] = machine.entries.at(-1)?.number ?? 0;
+    }
+    if (isOther) this.onNewMachines();
+    return { after, token: this.api.token };
+  }
+
+  private async controllers(): Promise<About[]> {
+    for (;;) {
+      try {
+        return await this.api.get<About[]>("/controllers");
+      } catch (error) {
+        if (!(error instanceof Problem) || error.status !== 401) throw error;
+        this.api.token = await this.askToken();
+      }
+    }
+  }
+
+  /** Whether the server still has this entry: another one counts from 1 again. */
+  private async still(number: number, entry: Entry): Promise<boolean> {
+    const path = `/controllers/${number}/journal?after=${entry.number - 1}&limit=1`;
+    const { entries } = await this.api.get<{ entries: Entry[] }>(path);
+    return entries[0]?.number === entry.number && entries[0].at === entry.at;
+  }
+
+  /** Asks for what is no event, soon. */
+  private look(number: number): void {
+    const isAsked = this.due.has(number);
+    this.due.add(number);
+    // What happens during a look is looked at after it.
+    if (!isAsked && !this.looking.has(number)) setTimeout(() => void this.lookNow(number), LOOKS);
+  }
+
+  private async lookNow(number: number): Promise<void> {
+    this.due.delete(number);
+    this.looking.add(number);
+    const path = `/controllers/${number}`;
+    const get = <T>(name: string) => this.api.get<T>(`${path}/${name}`);
+    try {
+      const view = await get<View>("view");
+      this.of(number)?.seen(view);
+      if (number === this.machine?.number) {
+        const [signals, clock, faults, breakpoints, snapshots] = await Promise.all([
+          get<Signal[]>("signals"), get<Clock>("clock"), get<Fault[]>("faults"),
+          get<Breakpoint[]>("breakpoints"), get<Snapshot[]>("snapshots"),
+        ]);
+        Object.assign(this.of(number) ?? {}, { signals, clock, faults, breakpoints, snapshots });
+      }
+    } catch {
+      // The feed notices if the server is gone, and asks again when it is back.
+    }
+    this.looking.delete(number);
+    if (this.due.delete(number)) this.look(number);
+    this.changed();
+  }
+}

@@ -1,0 +1,202 @@
+// One controller and its machine as the panel knows them: what the feed has told, in the order in
+// which it happened, and the latest view.
+import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Position, Signal, Snapshot, View } from "./api";
+import { Path, type Kind, type Place } from "./path";
+
+/** So many entries are kept for searching. */
+const ENTRIES = 20_000;
+/** A position that the path does not lead to is believed when nothing has moved for so long, in ms. */
+const SETTLES = 400;
+
+const ARCS = new Set(["@y", "@w", "y", "w", "AA", "AR"]);
+const REFERENCES = new Set(["@R", "@F", "7", "OH"]);
+const MOVES = /^(?:@\d)?[AM0m]\s*(-?\d+(?:,-?\d+)*)/;
+
+export class Machine {
+  view: View | null = null;
+  signals: Signal[] = [];
+  clock: Clock | null = null;
+  faults: Fault[] = [];
+  breakpoints: Breakpoint[] = [];
+  snapshots: Snapshot[] = [];
+  position: Position | null = null;
+  /** Positions of the motion that is going on, which is not on the path yet. */
+  trail: Place[] = [];
+  entries: Entry[] = [];
+  /** So many entries were left out of `entries`. */
+  missing = 0;
+  readonly path = new Path();
+  /** Limit switches that are pressed: `0-`, `2+` … */
+  readonly switches = new Set<string>();
+  /** Another number after every change. */
+  edition = 0;
+
+  /** Which indices X, Y and Z have. */
+  readonly spatial: readonly [number, number, number];
+
+  private way: Place = [0, 0, 0];
+  private isPlaced = false;
+  private head = "up";
+  private commands = new Map<number, string>();
+  private line = { mnemonic: "", bytes: "" };
+  private settling = 0;
+
+  constructor(
+    readonly about: About,
+    readonly profile: MachineProfile,
+    readonly model: ModelProfile,
+  ) {
+    const index = (letter: string) => about.axes.find((axis) => axis.name.startsWith(letter))?.index ?? -1;
+    this.spatial = [index("X"), index("Y"), index("Z")];
+  }
+
+  get number(): number {
+    return this.about.number;
+  }
+
+  get activity(): string {
+    if (this.view && !this.view.powered) return "off";
+    return this.position?.activity ?? this.view?.activity ?? "idle";
+  }
+
+  /** Millimetres of a step, or degrees; `null` for an axis of which nobody knows. */
+  perStep(index: number): { factor: number; unit: string } | null {
+    const scale = this.about.axes.find((axis) => axis.index === index)?.scale;
+    if (!scale) return null;
+    const factor = scale.units / scale.steps;
+    return scale.unit === "µm" ? { factor: factor / 1_000, unit: "mm" } : { factor, unit: scale.unit };
+  }
+
+  /** Everything anew, as after another server has taken the place of this one. */
+  forget(): void {
+    this.entries = [];
+    this.missing = 0;
+    this.commands.clear();
+    this.switches.clear();
+    this.path.clear();
+    this.trail = [];
+    this.position = null;
+    this.way = [0, 0, 0];
+    this.isPlaced = false;
+    this.edition += 1;
+  }
+
+  hear(entries: Entry[]): void {
+    for (const entry of entries) this.hearOne(entry);
+    // Taken in bulk, so that a busy line costs nothing for each entry.
+    for (const entry of entries) this.entries.push(entry);
+    const over = this.entries.length - ENTRIES;
+    if (over > ENTRIES / 10) {
+      this.entries.splice(0, over);
+      this.missing += over;
+    }
+    this.edition += 1;
+  }
+
+  gap(from: number, to: number): void {
+    this.missing += to - from + 1;
+    this.edition += 1;
+  }
+
+  isAt(position: Position): void {
+    this.position = position;
+    const place = this.place(this.byIndex(position.carriage));
+    if (position.moving) {
+      clearTimeout(this.settling);
+      if (this.trail.length > 0) this.trail.push(place);
+      if (this.trail.length > 4_096) this.trail = this.trail.filter((_, i) => i % 2 === 0);
+    } else if (place.some((at, i) => at !== this.way[i])) {
+      clearTimeout(this.settling);
+      if (this.isPlaced) this.settling = window.setTimeout(() => this.settle(place), SETTLES);
+      else this.settle(place);
+    }
+    this.edition += 1;
+  }
+
+  seen(view: View): void {
+    this.view = view;
+    if (view.details.head) this.head = view.details.head;
+    this.edition += 1;
+  }
+
+  /** Believes a position at rest: at first the whole path is put there, later steps were lost. */
+  private settle(place: Place): void {
+    if (this.position?.moving) return;
+    if (!this.isPlaced) {
+      this.path.shift([place[0] - this.way[0], place[1] - this.way[1], place[2] - this.way[2]]);
+    }
+    this.isPlaced = true;
+    this.way = place;
+    this.trail = [];
+    this.edition += 1;
+  }
+
+  /** What is told for one axis after the other, by their indices. */
+  byIndex(told: readonly number[]): number[] {
+    const steps: number[] = [];
+    const axes = this.view?.axes ?? this.about.axes;
+    told.forEach((value, i) => (steps[axes[i]?.index ?? i] = value));
+    return steps;
+  }
+
+  private place(steps: readonly number[]): Place {
+    const [x, y, z] = this.spatial.map((index) => steps[index] ?? 0);
+    return [x!, y!, z!];
+  }
+
+  private hearOne(entry: Entry): void {
+    switch (entry.kind) {
+      case "command":
+        if (entry.mnemonic === "PU") this.head = "up";
+        if (entry.mnemonic === "PD") this.head = "down";
+        if (entry.command !== undefined) {
+          this.commands.set(entry.command, entry.bytes ?? "");
+          if (this.commands.size > 1_000) this.commands.delete(this.commands.keys().next().value!);
+        }
+        return;
+      case "line":
+        this.line = {
+          mnemonic: entry.mnemonic ?? "",
+          bytes: this.view?.details.program?.lines[entry.line ?? -1] ?? "",
+        };
+        return;
+      case "switch": {
+        const name = `${entry.axis}${entry.positive ? "+" : "-"}`;
+        if (entry.active) this.switches.add(name);
+        else this.switches.delete(name);
+        return;
+      }
+      case "motion":
+        this.moves(entry);
+    }
+  }
+
+  /** Counters are set to zero now and then, carriages are not: each motion goes on where the last ended. */
+  private moves(entry: Entry): void {
+    if (entry.motion === "begins") this.trail = [this.way];
+    if (entry.motion !== "ends" || !entry.points || !entry.from) return;
+    const from = this.place(entry.from);
+    const by = this.way.map((at, i) => at - from[i]!);
+    const places = entry.points.map((point): Place => {
+      const place = this.place(point);
+      return [place[0] + by[0]!, place[1] + by[1]!, place[2] + by[2]!];
+    });
+    this.path.add(this.kindOf(entry), places);
+    this.way = places.at(-1) ?? this.way;
+    this.trail = [];
+  }
+
+  private kindOf(entry: Entry): Kind {
+    const sent = entry.command === undefined ? undefined : this.commands.get(entry.command);
+    const mnemonic = entry.mnemonic ?? this.line.mnemonic;
+    if (REFERENCES.has(mnemonic)) return "reference";
+    if (ARCS.has(mnemonic)) return "arc";
+    if (this.about.family === "lpkf") return this.head === "up" ? "rapid" : "feed";
+    // An isel controller knows no rapid: it is a move with the speed that a job has for it, or with
+    // the highest one.
+    const numbers = MOVES.exec(sent ?? this.line.bytes)?.[1]?.split(",").map(Number) ?? [];
+    const rapid = Math.min(this.profile.job?.rapid_velocity ?? Infinity, this.model.limits?.speed_max ?? Infinity);
+    const isRapid = numbers.some((speed, i) => i % 2 === 1 && speed >= rapid && numbers[i - 1] !== 0);
+    return isRapid ? "rapid" : "feed";
+  }
+}

@@ -1,0 +1,204 @@
+// All words of the page, in each language. Texts of the log come from the server and are English.
+import { recall, keep } from "./kept";
+
+const TABLE = {
+  // the page
+  controllers: ["Controllers", "Steuerungen"],
+  connected: ["connected", "verbunden"],
+  lost: ["connection lost, trying again …", "Verbindung verloren, neuer Versuch …"],
+  language: ["Language", "Sprache"],
+  colours: ["Colours", "Farben"],
+  system: ["as the system", "wie das System"],
+  light: ["light", "hell"],
+  dark: ["dark", "dunkel"],
+  apiPage: ["Control API", "Steuer-API"],
+  licences: ["Licences", "Lizenzen"],
+  skip: ["To the front panel", "Zum Bedienfeld"],
+  tokenTitle: ["This server wants a token", "Dieser Server verlangt ein Token"],
+  tokenAbout: ["It is the one that serve was given.", "Es ist das, mit dem serve gestartet wurde."],
+  token: ["Token", "Token"],
+  enter: ["Enter", "Anmelden"],
+  close: ["Close", "Schließen"],
+  notDone: ["Nothing has changed", "Nichts hat sich geändert"],
+  // the machine
+  machine: ["Machine", "Maschine"],
+  view: ["View", "Ansicht"],
+  isometric: ["Isometric", "Isometrisch"],
+  top: ["Top XY", "Oben XY"],
+  front: ["Front XZ", "Vorn XZ"],
+  side: ["Side YZ", "Seite YZ"],
+  fit: ["Fit", "Einpassen"],
+  clearPath: ["Clear path", "Weg löschen"],
+  legend: ["Legend", "Legende"],
+  feed: ["feed", "Vorschub"],
+  rapid: ["rapid", "Eilgang"],
+  arc: ["arc", "Bogen"],
+  reference: ["reference", "Referenz"],
+  older: ["older, thinned", "älter, ausgedünnt"],
+  thinned: ["corners of the older path are left out", "Ecken des älteren Weges sind ausgelassen"],
+  corners: ["corners", "Ecken"],
+  no3d: [
+    "This browser has no WebGL, so the machine is not drawn. All figures are beside it.",
+    "Dieser Browser hat kein WebGL, die Maschine wird nicht gezeichnet. Alle Werte stehen daneben.",
+  ],
+  drawing: ["Drawing of the machine and its path", "Zeichnung der Maschine und ihres Weges"],
+  // axes
+  axes: ["Axes", "Achsen"],
+  axis: ["Axis", "Achse"],
+  units: ["Units", "Einheiten"],
+  position: ["Position", "Position"],
+  carriage: ["Carriage", "Schlitten"],
+  speed: ["Speed", "Geschwindigkeit"],
+  steps: ["steps", "Schritte"],
+  referenced: ["referenced", "referenziert"],
+  notReferenced: ["not referenced", "nicht referenziert"],
+  // front panel
+  panel: ["Front panel", "Bedienfeld"],
+  mains: ["Mains", "Netz"],
+  powerOff: ["Switch off", "Ausschalten"],
+  powerOn: ["Switch on", "Einschalten"],
+  on: ["ON", "EIN"],
+  start: ["START", "START"],
+  stop: ["STOP", "STOP"],
+  "cover-button": ["COVER", "HAUBE"],
+  estop: ["E-STOP", "NOT-HALT"],
+  estopHold: ["press the emergency stop", "Not-Halt drücken"],
+  estopRelease: ["release the emergency stop", "Not-Halt lösen"],
+  pressed: ["pressed", "gedrückt"],
+  key: ["Key", "Schlüssel"],
+  cover: ["Cover", "Haube"],
+  open: ["open", "offen"],
+  closed: ["closed", "zu"],
+  test: ["test", "Test"],
+  auto: ["auto", "Auto"],
+  // ports
+  ports: ["Ports and inputs", "Ports und Eingänge"],
+  outputs: ["Outputs", "Ausgänge"],
+  inputs: ["Inputs", "Eingänge"],
+  output: ["output", "Ausgang"],
+  port: ["Port", "Port"],
+  bit: ["bit", "Bit"],
+  set: ["Set", "Setzen"],
+  // conversation
+  conversation: ["Conversation", "Gespräch"],
+  search: ["Search the conversation", "Gespräch durchsuchen"],
+  show: ["Show", "Zeigen"],
+  everything: ["everything", "alles"],
+  talk: ["commands and answers", "Befehle und Antworten"],
+  problems: ["errors and warnings", "Fehler und Warnungen"],
+  follow: ["Follow", "Mitlaufen"],
+  entries: ["entries", "Einträge"],
+  of: ["of", "von"],
+  earlier: ["Show earlier entries", "Frühere Einträge zeigen"],
+  missing: ["entries are no longer kept", "Einträge sind nicht mehr vorhanden"],
+  entry: ["Entry", "Eintrag"],
+  time: ["Time", "Zeit"],
+  bytes: ["Bytes", "Bytes"],
+  why: ["Why", "Warum"],
+  kind: ["Kind", "Art"],
+  send: ["Send", "Senden"],
+  sendAbout: ["Send to the controller, with CR", "An die Steuerung senden, mit CR"],
+  // clock
+  clock: ["Clock", "Uhr"],
+  now: ["Now", "Jetzt"],
+  pace: ["Pace", "Tempo"],
+  real: ["real time", "Echtzeit"],
+  manual: ["manual", "von Hand"],
+  instant: ["instant", "sofort"],
+  pause: ["Pause", "Anhalten"],
+  resume: ["Resume", "Weiter"],
+  step: ["Step", "Einzelschritt"],
+  paused: ["paused", "angehalten"],
+  running: ["running", "läuft"],
+  advance: ["Advance by", "Vorstellen um"],
+  go: ["Go", "Los"],
+  runUntil: ["Run until", "Laufen bis"],
+  cancel: ["Cancel", "Abbrechen"],
+  breakpoints: ["Breakpoints", "Haltepunkte"],
+  condition: ["Condition", "Bedingung"],
+  add: ["Add", "Hinzufügen"],
+  remove: ["Remove", "Entfernen"],
+  moments: ["Moments", "Momente"],
+  takeMoment: ["Keep this moment", "Diesen Moment festhalten"],
+  goBack: ["Go back there", "Dorthin zurück"],
+  none: ["none", "keine"],
+  // program
+  program: ["Stored program", "Gespeichertes Programm"],
+  noProgram: ["No program is stored.", "Kein Programm gespeichert."],
+  executing: ["being executed", "wird ausgeführt"],
+  loops: ["open loops", "offene Schleifen"],
+  // faults
+  faults: ["Faults", "Störungen"],
+  oftenUsed: ["Ready-made", "Fertige"],
+  loseAnswer: ["Lose the next answer byte", "Nächstes Antwortbyte verlieren"],
+  garbleAnswer: ["Garble the next answer byte", "Nächstes Antwortbyte verfälschen"],
+  doubleAnswer: ["Double the next answer byte", "Nächstes Antwortbyte verdoppeln"],
+  cutLine: ["Cut the line for 2 s", "Leitung 2 s unterbrechen"],
+  jamAxis: ["Jam", "Blockiere"],
+  powerFailure: ["Power failure of 1 s", "Netzausfall von 1 s"],
+  ownFault: ["Another fault", "Andere Störung"],
+  begin: ["Begin", "Beginnen"],
+  end: ["End", "Beenden"],
+  endAll: ["End all", "Alle beenden"],
+  active: ["Active", "Aktiv"],
+  times: ["times struck", "mal getroffen"],
+} as const satisfies Record<string, readonly [string, string]>;
+
+/** What the server says in one word, where it has a German one. */
+const FOREIGN: Record<string, string> = {
+  off: "aus", idle: "ruht", "starting-up": "startet", move: "fährt", arc: "fährt einen Bogen",
+  "following-vectors": "fährt Vektoren", "program-move": "fährt im Programm",
+  "following-trackball": "folgt der Rollkugel", "self-test": "Selbsttest",
+  "reference-towards-switch": "Referenzfahrt zum Schalter", "reference-out-of-switch": "Referenzfahrt vom Schalter",
+  "reference-free-steps": "Freischritte", "leaving-limit-switch": "verlässt den Endschalter",
+  "waiting-for-head": "wartet auf den Kopf", settling: "kommt zur Ruhe", waiting: "wartet",
+  "program-delay": "Programm wartet", "program-line": "Programmzeile",
+  "program-waits-for-port": "Programm wartet auf Port", "program-waits-for-character": "Programm wartet auf Zeichen",
+  "program-halted-on-itself": "Programm hält an", echo: "Echo",
+  running: "läuft", valid: "gültig", invalid: "ungültig", stopped: "angehalten", command: "Befehl",
+  answer: "Antwort", warning: "Warnung", motion: "Bewegung", signal: "Signal", port: "Port",
+  switch: "Schalter", news: "Nachricht", line: "Zeile", ignored: "ignoriert", flash: "Flash",
+  fault: "Störung", rule: "Regel", baud: "Baudrate", "cut-short": "abgebrochen", missed: "verpasst",
+};
+
+export type Word = keyof typeof TABLE;
+export const LANGUAGES = ["en", "de"] as const;
+export type Language = (typeof LANGUAGES)[number];
+
+/** The language that was chosen, or that the browser wants. */
+export function language(): Language {
+  const chosen = recall("language") ?? navigator.language.slice(0, 2);
+  return chosen === "de" ? "de" : "en";
+}
+
+export function speak(chosen: Language): void {
+  keep("language", chosen);
+}
+
+/** A word in the language of the page. */
+export function say(word: Word): string {
+  return TABLE[word][LANGUAGES.indexOf(language())] ?? TABLE[word][0];
+}
+
+/** A word of the server in the language of the page. */
+export function translated(word: string): string {
+  return (language() === "de" && FOREIGN[word]) || word.replaceAll("-", " ");
+}
+
+/** The page's own word for a name of the server, where it has one. */
+export function named(name: string): string {
+  return name in TABLE ? say(name as Word) : name;
+}
+
+/** A number as people of the language write it. */
+export function figure(value: number, decimals = 0): string {
+  return value.toLocaleString(language(), {
+    minimumFractionDigits: decimals,
+    maximumFractionDigits: decimals,
+  });
+}
+
+/** A model time, in seconds. */
+export function seconds(nanoseconds: number, decimals = 3): string {
+  return `${figure(nanoseconds / 1e9, decimals)} s`;
+}

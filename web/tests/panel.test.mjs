@@ -1,0 +1,336 @@
+// The panel in a real browser, with the real program behind it.
+import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { browse, open, serve, until } from "./stand.mjs";
+
+let browser;
+before(async () => (browser = await browse()));
+after(() => browser?.close());
+
+/** A test with a server of its own, which is ended whatever comes of it. */
+function with_(options, name, body) {
+  test(name, async () => {
+    const server = await serve(...options);
+    const pages = [];
+    const opened = async (more) => {
+      const one = await open(browser, server, more);
+      pages.push(one);
+      await one.page.getByText("connected", { exact: true }).or(one.page.getByText("verbunden", { exact: true })).waitFor();
+      return one;
+    };
+    try {
+      await body(server, opened);
+      for (const { asked, complaints } of pages) {
+        const own = [server.url, server.url.replace("http", "ws")];
+        const foreign = asked.filter((url) => !own.some((start) => url.startsWith(`${start}/`)));
+        assert.deepEqual(foreign, [], "no request leaves for elsewhere");
+        assert.deepEqual(complaints, [], "the browser complains of nothing");
+      }
+    } finally {
+      for (const { context } of pages) await context.close();
+      await server.end();
+    }
+  });
+}
+
+const knob = (page, signal) => page.locator(`.knob[data-signal="${signal}"]`);
+const carriage = async (page) => {
+  const text = await page.locator(".stage").getAttribute("data-carriage");
+  return (text ?? "").split(" ").map(Number);
+};
+const corners = async (page) => Number(await page.locator(".stage").getAttribute("data-corners"));
+const said = (page, text) => page.locator(".entry", { hasText: text }).first();
+
+with_(["--web"], "a carriage is seen to move, STOP stops it with F and its meaning, START goes on", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0A4000,500,0,900,0,900,0,900");
+  const first = await until("the carriage moves", async () => (await carriage(page))[0] || null);
+  await until("it goes on", async () => (await carriage(page))[0] > first);
+  assert.equal(await page.locator(".front .state").textContent(), "move");
+  await knob(page, "stop").click();
+  await said(page, /^[\d.,]+ s←F.*stopped by STOP/).waitFor();
+  await until("it rests", async () => (await page.locator(".front .state").textContent()) === "idle");
+  const [held] = await carriage(page);
+  assert.ok(held > 0 && held < 4_000, `${held}`);
+  const x = page.locator(".axes tbody tr").first().locator("td").first();
+  await until("X is shown in millimetres", async () => (await x.textContent()) === `${(held / 80).toFixed(3)} mm`);
+  // The path is one line, to where it was stopped.
+  await until("the path is drawn", async () => (await corners(page)) === 2);
+  await knob(page, "start").click();
+  await server.send("@0S");
+  await until("it arrives", async () => (await carriage(page))[0] === 4_000);
+});
+
+with_(["--web"], "what is wrong is told with its meaning, can be searched for, and is never a part of the page", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0A5");
+  await server.send("@0<img src=/v1/nothing onerror=document.title='struck'><b id=struck>x</b>");
+  await server.send("@0P");
+  const wrong = said(page, "takes 8 numbers, 1 came");
+  await wrong.waitFor();
+  await page.getByRole("searchbox").fill("read position");
+  await until("one entry is left", async () => (await page.locator(".entry").count()) === 1);
+  await page.getByRole("searchbox").fill("");
+  await said(page, "<b id=struck>").waitFor();
+  assert.equal(await page.locator("#struck").count(), 0);
+  await page.getByRole("combobox", { name: "Show" }).selectOption("problems");
+  await wrong.getByRole("button").click();
+  await wrong.locator("dd", { hasText: /^7$/ }).waitFor();
+  // A field of the page sends as a host does.
+  await page.getByRole("combobox", { name: "Show" }).selectOption("talk");
+  await page.getByRole("textbox", { name: /Send to the controller/ }).fill("@0A1,900,0,900,0,900,0,900");
+  await page.keyboard.press("Enter");
+  await until("it has moved", async () => (await carriage(page))[0] === 1);
+});
+
+with_(["--web", "--machine", "mill", "--time", "8x"], "ways are told apart, and all is there again after a reload", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0R7");
+  await until("it is referenced", async () => (await page.locator(".referenced[data-on=true]").count()) === 3);
+  await server.send("@0M2000,20000,1000,10000,-500,900,0,900");
+  await server.send("@0M3000,900,1000,900,-500,900,0,900");
+  await server.send("@0f-1");
+  await server.send("@0y4000,900,-250,500,0,-1,1");
+  const idle = async () => (await server.ask("GET", "/controllers/1/view")).activity === "idle";
+  await until("it has moved", async () => (await corners(page)) > 40 && idle());
+  const kinds = await page.locator(".stage").getAttribute("data-kinds");
+  assert.equal(kinds, "reference rapid feed arc");
+  const before = await carriage(page);
+  const drawn = await corners(page);
+  await page.reload();
+  await until("the path is there again", async () => (await corners(page)) === drawn);
+  assert.deepEqual(await carriage(page), before);
+  for (const way of ["Top XY", "Front XZ", "Side YZ", "Isometric"]) {
+    await page.getByRole("button", { name: way }).click();
+    assert.equal(await page.getByRole("button", { name: way }).getAttribute("aria-pressed"), "true");
+  }
+  await page.getByRole("button", { name: "steps", exact: true }).click();
+  const z = page.locator(".axes tbody tr").nth(2).locator("td").first();
+  await until("Z is shown in steps", async () => (await z.textContent()) === "-500");
+  // Something is drawn, and not all in one colour.
+  const picture = await page.locator(".stage").screenshot();
+  const colours = await page.evaluate(async (bytes) => {
+    const image = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: "image/png" }));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    return new Set(new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer)).size;
+  }, [...picture]);
+  assert.ok(colours > 20, `${colours} colours`);
+});
+
+with_(["--web"], "two browsers see what either does", async (server, opened) => {
+  const [one, two] = [await opened(), await opened()];
+  await knob(one.page, "estop").click();
+  await until("both see it held", async () =>
+    (await knob(one.page, "estop").getAttribute("aria-pressed")) === "true" &&
+    (await knob(two.page, "estop").getAttribute("aria-pressed")) === "true");
+  await knob(two.page, "estop").click();
+  await until("the first sees it released", async () => (await knob(one.page, "estop").getAttribute("aria-pressed")) === "false");
+  await two.page.locator('[data-signal="cover"][data-position="open"]').click();
+  await until("the first sees the cover open", async () =>
+    (await one.page.locator('[data-signal="cover"][data-position="open"]').getAttribute("aria-pressed")) === "true");
+  await two.page.locator('[data-signal="input 0.2"]').click();
+  await until("the first sees the input", async () =>
+    (await one.page.locator('[data-signal="input 0.2"]').getAttribute("aria-checked")) === "true");
+  await one.page.getByRole("button", { name: "Switch off" }).click();
+  await two.page.getByRole("button", { name: "Switch on" }).waitFor();
+  assert.equal(await two.page.locator(".front .state").textContent(), "off");
+});
+
+with_(["--web", "--machine", "mill"], "the tool is drawn where the carriages are", async (server, opened) => {
+  const { page } = await opened();
+  await page.getByRole("button", { name: "Top XY" }).click();
+  // At power-on the carriages of this machine stand at 4,000 of 24,000 and of 16,000 steps.
+  await until("the tool is there", async () => (await carriage(page))[0] === 4_000);
+  const marks = async () => {
+    const read = async (name) => (await page.locator(".stage").getAttribute(name)).split(" ").map(Number);
+    return { tool: await read("data-tool"), x: await read("data-x"), y: await read("data-y") };
+  };
+  const near = (found, expected) => Math.abs(found - expected) < 0.01;
+  // How far the tool is from the corner of the table, between the ends of its edges.
+  await until("it stands at a sixth and a quarter", async () => {
+    const { tool, x, y } = await marks();
+    const [right, up] = [(tool[0] - y[0]) / (x[0] - y[0]), (tool[1] - x[1]) / (y[1] - x[1])];
+    return near(right, 4_001 / 24_002) && near(up, 4_001 / 16_002);
+  });
+  await page.getByRole("button", { name: "Front XZ" }).click();
+  await until("it stands a sixth from the left", async () => {
+    const { tool, x, y } = await marks();
+    return near((tool[0] - y[0]) / (x[0] - y[0]), 4_001 / 24_002);
+  });
+});
+
+test("a server with a token asks for it, and the licences of what is bundled are there", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "token-"));
+  await writeFile(join(folder, "token"), "0123456789abcdef");
+  const server = await serve("--web", "--http-token", join(folder, "token"));
+  const { page, context } = await open(browser, server);
+  try {
+    await page.getByRole("textbox", { name: "Token" }).fill("0123456789abcdee");
+    await page.keyboard.press("Enter");
+    await until("it is asked for again", async () => (await page.getByRole("textbox", { name: "Token" }).inputValue()) === "");
+    await page.getByRole("textbox", { name: "Token" }).fill("0123456789abcdef");
+    await page.keyboard.press("Enter");
+    await page.getByText("connected", { exact: true }).waitFor();
+    await until("START is there", () => knob(page, "start").isVisible());
+    assert.ok(!page.url().includes("0123456789"));
+    await page.getByRole("link", { name: "Licences" }).click();
+    await page.getByText(/three\.js/).first().waitFor();
+  } finally {
+    await context.close();
+    await server.end();
+    await rm(folder, { recursive: true });
+  }
+});
+
+test("a server that is killed is found again when it is back", async () => {
+  let server = await serve("--web");
+  const { page, context } = await open(browser, server);
+  try {
+    await server.send("@07");
+    await said(page, "set axes").waitFor();
+    await server.end();
+    await page.getByText("connection lost").waitFor();
+    server = await serve("--http", `127.0.0.1:${server.port}`);
+    await page.getByText("connected", { exact: true }).waitFor();
+    await until("what was before is gone", async () => (await page.locator(".entry").count()) === 0);
+    await server.send("@0P");
+    await said(page, "read position").waitFor();
+  } finally {
+    await context.close();
+    await server.end();
+  }
+});
+
+with_(["--web", "--count", "3"], "several controllers are seen at a glance", async (server, opened) => {
+  const { page } = await opened();
+  const tabs = page.locator(".tab");
+  assert.equal(await tabs.count(), 3);
+  await server.send("@07", 3);
+  await server.send("@0A5000,500,0,900,0,900,0,900", 3);
+  await until("the third moves", async () => (await tabs.nth(2).textContent())?.includes("move"));
+  assert.ok((await tabs.nth(0).textContent())?.includes("idle"));
+  await tabs.nth(2).click();
+  await until("its carriage is shown", async () => (await carriage(page))[0] > 0);
+});
+
+with_(["--web"], "time is paused, stepped, made quicker, and broken at a condition", async (server, opened) => {
+  const { page, complaints } = await opened();
+  await page.getByRole("button", { name: "Pause" }).click();
+  await page.getByText("paused", { exact: true }).waitFor();
+  const at = await page.locator(".now").textContent();
+  await page.getByRole("button", { name: "Step", exact: true }).click();
+  assert.equal(await page.locator(".now").textContent(), at, "nothing is to come, so time stands still");
+  await page.getByRole("button", { name: "Resume" }).click();
+  await page.getByRole("combobox", { name: "Pace" }).selectOption("8x");
+  await until("the clock is quicker", async () => (await server.ask("GET", "/controllers/1/clock")).clock === "8x");
+  await page.getByRole("textbox", { name: "Condition" }).fill("x > 100");
+  await page.getByRole("button", { name: "Add" }).click();
+  await page.locator(".list code", { hasText: "100" }).waitFor();
+  await page.getByRole("button", { name: "Keep this moment" }).click();
+  await page.getByRole("button", { name: /^Go back there/ }).waitFor();
+  await server.send("@07");
+  await server.send("@0A4000,900,0,900,0,900,0,900");
+  await page.locator(".list .hit").waitFor();
+  await until("it stands where the condition was met", async () => (await carriage(page))[0] === 101);
+  await page.getByRole("button", { name: /^Go back there/ }).click();
+  await until("it is back", async () => (await carriage(page))[0] === 0);
+  await page.getByRole("textbox", { name: "Condition" }).fill("nonsense");
+  await page.getByRole("button", { name: "Add" }).click();
+  await page.locator('.notice[data-error="true"]').waitFor();
+  // The browser notes the refusal, as it should.
+  complaints.splice(complaints.findIndex((text) => text.includes("422")), 1);
+});
+
+with_(["--web", "--time", "manual"], "a clock by hand is moved on by hand", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0A4000,1000,0,900,0,900,0,900");
+  await page.getByRole("textbox", { name: "Run until" }).fill("x > 500");
+  await page.locator("form", { hasText: "Run until" }).getByRole("button").click();
+  await until("it is there", async () => (await carriage(page))[0] === 501);
+  await page.getByRole("textbox", { name: "Advance by" }).fill("10s");
+  await page.locator("form", { hasText: "Advance by" }).getByRole("button").click();
+  await until("it has arrived", async () => (await carriage(page))[0] === 4_000);
+});
+
+with_(["--web", "--time", "8x"], "the stored program is listed, with a marker where it is", async (server, opened) => {
+  const { page } = await opened();
+  await page.getByText("No program is stored.").waitFor();
+  await server.send("@07");
+  await server.send("@0i");
+  for (const line of ["030,100,0,100,0,100,0,100", "0-30,100,0,100,0,100,0,100", "3 100,-2", "9"]) await server.send(line);
+  await until("all lines are there", async () => (await page.locator(".program-lines li").count()) >= 3);
+  await knob(page, "start").click();
+  await page.locator(".program-lines [aria-current=step]").waitFor();
+});
+
+with_(["--web"], "a fault begins at a click, and ends at another", async (server, opened) => {
+  const { page } = await opened();
+  await page.getByRole("button", { name: "Jam X" }).click();
+  const row = page.locator(".faults .list li", { hasText: "jam x" });
+  await row.waitFor();
+  assert.equal((await server.ask("GET", "/controllers/1/faults"))[0].fault, "jam x");
+  await row.getByRole("button").click();
+  await until("it is gone", async () => (await page.locator(".faults .list li").count()) === 0);
+  await page.getByRole("combobox", { name: "Another fault" }).fill("drop to-host once after @0P");
+  await page.keyboard.press("Enter");
+  await page.locator(".faults .list code", { hasText: "drop" }).waitFor();
+});
+
+with_(["--web", "--model", "smcu", "--machine", "board-plotter"], "a controller of LPKF has what it has", async (_, opened) => {
+  const { page } = await opened();
+  await until("STOP is there", async () => (await page.locator(".knob").count()) === 1);
+  assert.equal(await page.locator(".program").isVisible(), false);
+  assert.equal(await page.locator(".axes tbody tr").count(), 2);
+});
+
+with_(["--web"], "it speaks German, works by keyboard alone, and fits a phone", async (server, opened) => {
+  const { page } = await opened({ locale: "de", viewport: { width: 390, height: 844 } });
+  assert.equal(await page.locator("html").getAttribute("lang"), "de");
+  await page.getByRole("heading", { name: "Bedienfeld" }).waitFor();
+  await page.getByText("verbunden", { exact: true }).waitFor();
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(width <= 390, `it is ${width} wide`);
+  await knob(page, "stop").waitFor();
+  for (let i = 0; ; i++) {
+    assert.ok(i < 200, "STOP can be reached by Tab");
+    await page.keyboard.press("Tab");
+    const signal = await page.evaluate(() => document.activeElement?.getAttribute("data-signal"));
+    if (signal === "stop") break;
+  }
+  await page.keyboard.press("Enter");
+  await until("STOP was pressed", async () => {
+    const { entries } = await server.ask("GET", "/controllers/1/journal?after=0&limit=100");
+    return entries.some((entry) => entry.text?.includes("press stop"));
+  });
+  await page.getByRole("combobox", { name: "Sprache" }).selectOption("en");
+  await page.getByRole("heading", { name: "Front panel" }).waitFor();
+});
+
+with_(["--web", "--machine", "mill", "--count", "2"], "axe finds nothing to complain of, in light, dark and small", async (server, opened) => {
+  const axe = await readFile(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0A5");
+  await said(page, "takes 8 numbers").waitFor();
+  await page.getByRole("button", { name: "Jam X" }).click();
+  for (const [colorScheme, width] of [["light", 1600], ["dark", 1600], ["light", 390], ["dark", 390]]) {
+    await page.emulateMedia({ colorScheme });
+    await page.setViewportSize({ width, height: 1000 });
+    // Given to the debugger as an expression: the page itself may run nothing but its own file.
+    await page.evaluate(axe);
+    const found = await page.evaluate(async () => {
+      const { violations } = await window.axe.run();
+      return violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)} ${node.failureSummary}`));
+    });
+    assert.deepEqual(found, [], `${colorScheme} ${width}`);
+  }
+});

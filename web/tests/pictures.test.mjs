@@ -1,0 +1,55 @@
+// The pictures of docs/panel.md: what they show is asserted, and with PANEL_PICTURES they are kept.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { browse, open, serve, until } from "./stand.mjs";
+
+let browser;
+before(async () => (browser = await browse()));
+after(() => browser?.close());
+
+const folder = process.env.PANEL_PICTURES;
+const keep = (page, name, options) =>
+  page.screenshot({ ...(folder && { path: `${folder}/${name}.png` }), animations: "disabled", ...options });
+
+test("the page is as its book shows it", async () => {
+  const server = await serve("--web", "--machine", "mill", "--time", "8x");
+  const { page, context } = await open(browser, server, { viewport: { width: 1520, height: 1010 } });
+  const idle = async () => (await server.ask("GET", "/controllers/1/view")).activity === "idle";
+  // A plate with a slot, a pocket of arcs, and moves between them above the work.
+  const job = [
+    "@07", "@0R7", "@0M6000,20000,4000,20000,0,900,0,900", "@0M6000,900,4000,900,-7000,8000,0,900",
+    "@0M18000,9000,4000,9000,-7000,900,0,900", "@0M18000,9000,11000,9000,-7000,900,0,900",
+    "@0M6000,9000,11000,9000,-7000,900,0,900", "@0M6000,9000,4000,9000,-7000,900,0,900",
+    "@0M6000,900,4000,900,-4000,8000,0,900", "@0M11500,20000,7500,20000,-4000,900,0,900",
+    "@0M11500,900,7500,900,-7000,8000,0,900", "@0f-1", "@0y20000,6000,-1250,2500,0,-1,1",
+    "@0M11500,900,7500,900,-4000,8000,0,900", "@0M16000,20000,7500,20000,-4000,900,0,900",
+    "@0A5", "@0B2,1",
+  ];
+  try {
+    for (const line of job) {
+      await server.send(line);
+      await until("it is idle", idle);
+    }
+    await server.ask("PUT", "/controllers/1/clock", { clock: "real" });
+    await server.send("@0M16000,900,5000,1000,-7000,1200,0,900");
+    await until("it moves", async () => (await page.locator(".front .state").textContent()) === "move");
+    await until("the way is drawn", async () => Number(await page.locator(".stage").getAttribute("data-corners")) > 20);
+    await page.locator(".entry-error", { hasText: "takes 8 numbers" }).waitFor();
+    await keep(page, "panel");
+    await knobStop(page);
+    await page.emulateMedia({ colorScheme: "dark" });
+    await page.setViewportSize({ width: 390, height: 844 });
+    const plate = await page.locator(".front").boundingBox();
+    const drawing = await page.locator(".machine").boundingBox();
+    assert.ok(plate.y + plate.height <= drawing.y, "on a phone the buttons come first");
+    await keep(page, "panel-phone");
+  } finally {
+    await context.close();
+    await server.end();
+  }
+});
+
+async function knobStop(page) {
+  await page.locator('.knob[data-signal="stop"]').click();
+  await page.locator(".entry", { hasText: "stopped by STOP" }).first().waitFor();
+}
