@@ -28,6 +28,15 @@ def run(code, *, code_of_end=0):
     return done.stdout
 
 
+def test_what_is_left_to_the_end_of_the_program_is_told_there():
+    for ends, exit_code in (("", 0), ("emulator.close()", 1)):
+        program = f"import vimc4\nemulator = vimc4.Emulator()\nemulator.expect().command('@A').once().watch()\n{ends}"
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+        assert done.returncode == exit_code
+        assert "vimc4._errors.Unmet: " in done.stderr
+        assert ("too late for its exit code; check() or close()" in done.stderr) == (exit_code == 0)
+
+
 def test_types_are_right(root):
     folder = root / "python"
     done = subprocess.run(

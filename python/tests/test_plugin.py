@@ -492,12 +492,38 @@ def test_each_model_has_its_own_file(pytester):
     )
     result = pytester.runpytest_subprocess("--vimc4-coverage=met.json")
     result.stdout.fnmatch_lines(["nothing is written: * imc4, smcu, *coverage-{model}.json"])
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert not (pytester.path / "met.json").exists()
     result = pytester.runpytest_subprocess("--vimc4-coverage=met-{model}.json")
+    assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(["imc4: 0 of *", "smcu: 0 of *"])
     assert (pytester.path / "met-smcu.json").exists()
     result = pytester.runpytest_subprocess("--vimc4-coverage=met-smcu.json", "-k", "imc4")
     result.stdout.fnmatch_lines(["*it covers the model smcu, and this is imc4*"])
+    result.assert_outcomes(passed=1, deselected=1)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["alone", "xdist"])
+@pytest.mark.parametrize(
+    ("file", "says"),
+    [
+        ("no/met.json", "there is no folder */no; name a file"),
+        ("no/{model}.json", "there is no folder */no; name a file"),
+        ("/dev/full", "it is not a regular file; name a file"),
+        (".", "it is not a regular file; name a file"),
+        ("junk.json", "coverage file junk.json: "),
+        ("junk-{model}.json", "coverage file junk-smcu.json: "),
+    ],
+)
+def test_a_file_of_coverage_is_refused_before_the_first_test(pytester, file, says, workers):
+    for junk in ("junk.json", "junk-smcu.json"):
+        (pytester.path / junk).write_text("junk")
+    pytester.makepyfile(COVERED)
+    result = pytester.runpytest_subprocess(f"--vimc4-coverage={file}", *workers)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: *{says}*"])
+    result.stdout.no_fnmatch_line("*passed*")
 
 
 SWEPT = '''

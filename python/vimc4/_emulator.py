@@ -661,12 +661,20 @@ class _Elsewhere:
 
 def _close_all() -> None:
     _vimc4.leave()
+    failed = False
     for emulator in list(running.values()):
         try:
             emulator.close()
         except Exception:
             # What nobody has checked is told, and the others are closed all the same.
             sys.excepthook(*sys.exc_info())
+            failed = True
+    if failed:
+        print(
+            "vimc4: this was found after the end of the program, too late for its exit code; check() or close() "
+            "the emulator, or use `with`",
+            file=sys.stderr,
+        )
 
 
 def _leave_all() -> None:

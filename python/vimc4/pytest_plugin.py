@@ -13,7 +13,9 @@ own: with ``pytest -n`` each worker has its own, and whatever ends the process e
 
 from __future__ import annotations
 
+import os
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generator, Iterator
 
 import pytest
@@ -23,7 +25,7 @@ from ._emulator import Emulator, running
 from ._errors import Error, Unfinished, Unmet
 from ._scope import Marks, raise_first
 from ._test_sweep import SWEPT, TRIAL, swept
-from ._vimc4 import Coverage
+from ._vimc4 import Coverage, models
 
 if TYPE_CHECKING:
     from typing import Protocol
@@ -44,6 +46,7 @@ _UNMET: pytest.StashKey[list[tuple[str, str]]] = pytest.StashKey()
 
 
 _COVERAGE: pytest.StashKey[dict[str, Coverage]] = pytest.StashKey()
+_WRITTEN: pytest.StashKey[list[tuple[str, bool]]] = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -63,7 +66,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if config.getoption("--vimc4-coverage"):
+    if name := config.getoption("--vimc4-coverage"):
+        if not hasattr(config, "workerinput"):
+            _refuse_unusable(name)
         met = config.stash[_COVERAGE] = {}
 
         def add(coverage: Coverage) -> None:
@@ -86,6 +91,27 @@ def pytest_configure(config: pytest.Config) -> None:
     )
 
 
+def _refuse_unusable(name: str) -> None:
+    """Nobody has to run all tests to learn that their coverage cannot be written."""
+    for file in sorted({name.replace("{model}", model) for model in models()}):
+        path, why = Path(file), None
+        folder = path.resolve().parent
+        if not folder.is_dir():
+            why = f"there is no folder {folder}"
+        elif path.exists() and not path.is_file():
+            why = "it is not a regular file"
+        elif not os.access(folder, os.W_OK):
+            why = f"the folder {folder} cannot be written to"
+        if why is not None:
+            help = "name a file in a folder that can be written to"
+            raise pytest.UsageError(f"cannot use the coverage file {file}: {why}; {help}")
+        try:
+            if path.exists() and path.stat().st_size > 0:
+                Coverage.read(file)
+        except Error as error:
+            raise pytest.UsageError(str(error)) from None
+
+
 def _add(met: dict[str, Coverage], more: Coverage) -> None:
     known = met.get(more.model)
     met[more.model] = more if known is None else known + more
@@ -95,8 +121,9 @@ def _no_more_coverage() -> None:
     _emulator.covered = None
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A worker of xdist hands over what its tests have met."""
+    """What the tests have met is written; a worker of xdist hands it over."""
     met = session.config.stash.get(_COVERAGE, None)
     if met is None:
         return
@@ -107,6 +134,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["vimc4-coverage"] = [coverage.json() for coverage in met.values()]
+        return
+    written = session.config.stash[_WRITTEN] = list(_write(met, session.config.getoption("--vimc4-coverage")))
+    if any(wrong for _, wrong in written) and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 class _OfXdist:
@@ -118,6 +149,35 @@ class _OfXdist:
         if met is not None:
             for text in getattr(node, "workeroutput", {}).get("vimc4-coverage", []):
                 _add(met, Coverage.from_json(text))
+
+
+def _write(met: dict[str, Coverage], name: str) -> Iterator[tuple[str, bool]]:
+    """Adds to the files, and says what has come of it in lines, and of each whether something is wrong."""
+    if not met:
+        yield "no test has used an emulator of this process", False
+    if len(met) > 1 and "{model}" not in name:
+        models = ", ".join(sorted(met))
+        yield (
+            f"nothing is written: the tests have met several models, {models}, and each has a file of its own; "
+            f"say where the model goes, as in --vimc4-coverage coverage-{{model}}.json"
+        ), True
+        return
+    for model, coverage in sorted(met.items()):
+        file = name.replace("{model}", model)
+        try:
+            totals = coverage.add_to(file).totals()
+        except Error as error:
+            yield str(error), True
+            continue
+        kinds = (
+            (totals["commands"], "commands"),
+            (totals["answers"], "answers"),
+            (totals["states"], "states"),
+            (totals["stops"], "causes of a stop"),
+        )
+        shares = ", ".join(f"{total['met']} of {total['possible']} {kind}" for total, kind in kinds)
+        yield f"{model}: {shares}", False
+        yield f"vimc4 coverage {file}", False
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -140,38 +200,11 @@ def _summary_of_sweeps(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def _summary_of_coverage(terminalreporter: pytest.TerminalReporter) -> None:
-    config = terminalreporter.config
-    met = config.stash.get(_COVERAGE, None)
-    if met is None or hasattr(config, "workerinput"):
-        return
-    terminalreporter.section("coverage of vimc4")
-    name = config.getoption("--vimc4-coverage")
-    if len(met) > 1 and "{model}" not in name:
-        models = ", ".join(sorted(met))
-        terminalreporter.line(
-            f"nothing is written: the tests have met several models, {models}, and each has a file of its own; "
-            f"say where the model goes, as in --vimc4-coverage coverage-{{model}}.json",
-            red=True,
-        )
-        return
-    for model, coverage in sorted(met.items()):
-        file = name.replace("{model}", model)
-        try:
-            totals = coverage.add_to(file).totals()
-        except Error as error:
-            terminalreporter.line(str(error), red=True)
-            continue
-        kinds = (
-            (totals["commands"], "commands"),
-            (totals["answers"], "answers"),
-            (totals["states"], "states"),
-            (totals["stops"], "causes of a stop"),
-        )
-        shares = ", ".join(f"{total['met']} of {total['possible']} {kind}" for total, kind in kinds)
-        terminalreporter.line(f"{model}: {shares}")
-        terminalreporter.line(f"vimc4 coverage {file}")
-    if not met:
-        terminalreporter.line("no test has used an emulator of this process")
+    written = terminalreporter.config.stash.get(_WRITTEN, None)
+    if written is not None:
+        terminalreporter.section("coverage of vimc4")
+        for line, wrong in written:
+            terminalreporter.line(line, red=wrong)
 
 
 @pytest.fixture
