@@ -1,5 +1,6 @@
 //! The groups of figures, in the order of the report.
 
+mod api;
 mod clock;
 mod commands;
 mod endings;
@@ -42,11 +43,12 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 18] = [
+pub(crate) const GROUPS: [Group; 19] = [
     group("ping", "Question and answer", ping::measure),
     group("recording", "Recording", recording::measure),
     group("opening", "Opening a long recording", opening::measure),
     group("watching", "Being watched", watching::measure),
+    group("api", "Seen over HTTP", api::measure),
     group("startup", "Start", startup::measure),
     group("memory", "Memory", memory::measure),
     group("idle", "Idling", idle::measure),
