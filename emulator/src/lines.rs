@@ -288,9 +288,10 @@ impl Served {
             }
         };
         runtime.block_on(async {
-            let mut emulators = Vec::new();
-            if let Err(failure) = serve::start(arguments, log, &mut emulators).await {
-                let _ = serve::finish(arguments, emulators, log).await;
+            let (mut emulators, mut drawn) = (Vec::new(), Vec::new());
+            let started = serve::start(arguments, log, &mut emulators, &mut drawn).await;
+            if let Err(failure) = started {
+                let _ = serve::finish(arguments, emulators, drawn, log).await;
                 return say(Err(failure));
             }
             if let Some(emulator) = emulators.first() {
@@ -303,7 +304,7 @@ impl Served {
                     let _ = failure.report();
                 },
             }
-            if let Err(failure) = serve::finish(arguments, emulators, log).await {
+            if let Err(failure) = serve::finish(arguments, emulators, drawn, log).await {
                 let _ = failure.report();
             }
         });

@@ -16,6 +16,7 @@ mod drawing;
 mod endings;
 mod failure;
 mod framing;
+mod identity;
 mod job;
 mod limits;
 mod lines;
@@ -37,6 +38,7 @@ mod sweep;
 mod text;
 mod traces;
 mod values;
+mod waves;
 
 use std::process::ExitCode;
 

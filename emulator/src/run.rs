@@ -63,8 +63,10 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let covering = arguments.world.covering(&model)?;
     let frame = drawing::frame(&arguments.file, &model, &machine);
     let drawing = arguments.world.shown.begin(frame)?;
+    let sheets = arguments.world.drawn.open(&[&arguments.file], None)?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let driver = driver.recording(tape).covering(covering).drawing(drawing);
+    let driver = driver.waving(sheets, &model)?;
     let report = RunReport::new(&arguments, &script);
     let mut session =
         Session { handling, driver, report, stored: Vec::new(), unanswered: Vec::new() };

@@ -16,6 +16,7 @@ use tokio::runtime;
 use tokio::task::yield_now;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
+use vimc4_timeline::recording::LineSort;
 
 use crate::answers::Answers;
 use crate::completions;
@@ -27,8 +28,10 @@ use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
 use crate::places::{LISTENS, PTY, counted_up, numbered};
+use crate::recording::waveform::Live;
 use crate::traces;
 use crate::values::size;
+use crate::waves::Drawn;
 
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
@@ -104,6 +107,8 @@ pub(crate) struct Arguments {
     /// which `vimc4 coverage` shows
     #[arg(long, value_name = "FILE")]
     pub(crate) coverage: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) drawn: Drawn,
     /// Begin another file of the recording, NAME.2.EXT, when one reaches this size, such as 64M
     #[arg(long, value_name = "SIZE", requires = "record", value_parser = size)]
     pub(crate) record_size: Option<u64>,
@@ -217,11 +222,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let end = runtime.block_on(async {
         // From here on the program cannot be ended without its links being removed.
         let mut endings = Endings::listen();
-        let mut emulators = Vec::new();
+        let (mut emulators, mut drawn) = (Vec::new(), Vec::new());
         let started = tokio::select! {
             biased;
             code = endings.told() => Err(code),
-            started = start(&arguments, &log, &mut emulators) => Ok(started),
+            started = start(&arguments, &log, &mut emulators, &mut drawn) => Ok(started),
         };
         let end = match started {
             Ok(Ok(())) => {
@@ -253,7 +258,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         };
         let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
-        let end = end.and_then(|code| counted.keep().map(|()| code));
+        let kept = counted.keep().and(drawn.into_iter().try_for_each(Live::finish));
+        let end = end.and_then(|code| kept.map(|()| code));
         let _ = timeout(STANDSTILL, answers.written()).await;
         end
     });
@@ -290,11 +296,12 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 pub(crate) async fn finish(
     arguments: &Arguments,
     emulators: Vec<Emulator>,
+    drawn: Vec<Live>,
     log: &Log,
 ) -> Result<(), Failure> {
     let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
-    counted.keep()
+    counted.keep().and(drawn.into_iter().try_for_each(Live::finish))
 }
 
 /// The controllers whose coverage is kept when they have ended, and where.
@@ -334,11 +341,12 @@ async fn end_all(mut emulators: Vec<Emulator>, log: &Log, stop: fn(&Control)) {
 }
 
 /// Starts all controllers. On an error or a cancellation, those that were started are left to the
-/// caller.
+/// caller, and so is what draws them.
 pub(crate) async fn start(
     arguments: &Arguments,
     log: &Log,
     emulators: &mut Vec<Emulator>,
+    drawn: &mut Vec<Live>,
 ) -> Result<(), Failure> {
     let count = arguments.count;
     if !arguments.serial.is_empty() && arguments.serial.len() != usize::from(count) {
@@ -407,6 +415,13 @@ pub(crate) async fn start(
             if let Some(size) = arguments.record_size {
                 builder = builder.record_size(size);
             }
+        }
+        if let Some(sheets) = arguments.drawn.open(&[], several)? {
+            let paced = arguments.line_pacing || arguments.line_physics;
+            let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
+            let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets)?;
+            drawn.push(live);
+            builder = builder.sink(watcher);
         }
         let emulator = builder.start()?;
         let control = emulator.control().by("--scenario");

@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 19] = [
+const PAGES: [(&str, &str); 20] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
@@ -38,6 +38,7 @@ const PAGES: [(&str, &str); 19] = [
     ("docs/stepping.md", include_str!("../../docs/stepping.md")),
     ("docs/sweep.md", include_str!("../../docs/sweep.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
+    ("docs/waves.md", include_str!("../../docs/waves.md")),
 ];
 
 /// Command lines that are not run here: where they are in the documents, how they begin, and why not.

@@ -168,6 +168,11 @@ impl Analyser {
         }
     }
 
+    /// The device was put into another state. It goes on from there; what was drawn stays.
+    pub fn restored(&mut self) {
+        self.is_lost = true;
+    }
+
     /// Bytes have left on the line.
     pub fn sent(&mut self, at: Time, bytes: &Bytes) {
         if self.is_behind(at) {

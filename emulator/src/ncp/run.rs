@@ -116,7 +116,8 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
         Driver::new(controller, meter, None)
             .recording(arguments.world.tape(&site.model, &site.machine)?)
             .covering(arguments.world.covering(&site.model)?)
-            .drawing(arguments.world.shown.begin(frame)?),
+            .drawing(arguments.world.shown.begin(frame)?)
+            .waving(arguments.world.drawn.open(&[&job.file], None)?, &site.model)?,
         Handling::of(&site.model),
         arguments.json,
     );
@@ -140,6 +141,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     link.driver.end_recording();
     link.driver.keep_coverage()?;
     link.driver.finish_drawing()?;
+    link.driver.end_waves()?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)
 }

@@ -10,6 +10,7 @@ pub(crate) mod history;
 pub(crate) mod less;
 pub(crate) mod replay;
 pub(crate) mod tap;
+pub(crate) mod waveform;
 
 use std::panic::{self, UnwindSafe};
 

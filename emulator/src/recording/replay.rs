@@ -11,11 +11,13 @@ use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, WALL, c
 use super::card::{card, seconds};
 use super::controller::{Other, Site};
 use super::file;
+use super::waveform;
 use crate::drawing::{self, Drawing, Pictured};
 use crate::failure::Failure;
 use crate::output;
 use crate::text;
 use crate::values::duration;
+use crate::waves::Drawn;
 
 #[derive(clap::Args)]
 #[command(
@@ -47,6 +49,8 @@ pub(crate) struct Arguments {
     /// hundredth
     #[arg(long, value_name = "DURATION", default_value = "50ms", value_parser = duration)]
     tolerance: Duration,
+    #[command(flatten)]
+    drawn: Drawn,
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
@@ -63,6 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
         _ => Tolerance::Exact,
     };
+    if let Some(sheets) = arguments.drawn.open(&[&arguments.file], None)? {
+        waveform::draw(&recording, &other, sheets)?;
+    }
     let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
     let read = |written: &_| site.read(written);
     // What a real controller has said is compared with whichever controller is named.

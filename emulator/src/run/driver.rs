@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use vimc4_catalogue::Controller;
+use vimc4_catalogue::{Controller, Model};
 use vimc4_device::{
     Device, Event, FaultNews, Harness, Input, Kinds, Line, Motion, Output, RuleNews, Ruling,
-    Scenario, ScenarioNumber, SignalId, Time, Warning,
+    Scenario, ScenarioNumber, SignalId, Time, TimedInput, Warning,
 };
+use vimc4_wave::Pacing;
 
 use super::meter::Meter;
 use super::rounds::Rounds;
@@ -16,6 +17,7 @@ use super::tape::Tape;
 use crate::coverage::Covering;
 use crate::drawing::Drawing;
 use crate::failure::Failure;
+use crate::waves::{Sheets, Waves};
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver {
@@ -35,6 +37,7 @@ pub(crate) struct Driver {
     tape: Option<Tape>,
     covering: Option<Covering>,
     pub(crate) drawing: Option<Drawing>,
+    waves: Option<Waves>,
     /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
 }
@@ -93,6 +96,7 @@ impl Driver {
             tape: None,
             covering: None,
             drawing: None,
+            waves: None,
             news: VecDeque::new(),
         };
         driver.has_head = driver.head().is_some();
@@ -121,11 +125,24 @@ impl Driver {
         self.watching()
     }
 
+    /// Draws everything from now on as a waveform.
+    pub(crate) fn waving(
+        mut self,
+        sheets: Option<Sheets>,
+        model: &Model,
+    ) -> Result<Driver, Failure> {
+        let Some(sheets) = sheets else { return Ok(self) };
+        self.waves = Some(sheets.begin(self.harness.device(), model, Pacing::Ideal)?);
+        self.harness = self.harness.keeping_given();
+        Ok(self.watching())
+    }
+
     /// Watches what somebody wants to know.
     fn watching(mut self) -> Driver {
         let covering = self.covering.as_ref().map_or(Kinds::NONE, |_| Covering::KINDS);
         let drawing = self.drawing.as_ref().map_or(Kinds::NONE, |_| Drawing::KINDS);
-        self.harness = self.harness.watching(WANTED.and(covering).and(drawing));
+        let waves = self.waves.as_ref().map_or(Kinds::NONE, |_| Waves::KINDS);
+        self.harness = self.harness.watching(WANTED.and(covering).and(drawing).and(waves));
         self
     }
 
@@ -134,6 +151,12 @@ impl Driver {
         let now = self.now();
         let counters = self.device().position(now);
         self.drawing.take().map_or(Ok(()), |drawing| drawing.finish(now, &counters))
+    }
+
+    /// Ends the waveform, if there is one.
+    pub(crate) fn end_waves(&mut self) -> Result<(), Failure> {
+        let now = self.now();
+        self.waves.take().map_or(Ok(()), |waves| waves.finish(now))
     }
 
     /// Keeps what was met, if that is counted.
@@ -237,8 +260,14 @@ impl Driver {
 
     /// Takes note of what has come out.
     fn take_outputs(&mut self) {
+        let given = self.harness.take_given();
+        if let Some(waves) = &mut self.waves {
+            for TimedInput { at, input } in &given {
+                waves.given(*at, input.as_input());
+            }
+            waves.see(self.harness.device(), self.harness.outputs());
+        }
         if let Some(tape) = &self.tape {
-            let given = self.harness.take_given();
             tape.note(self.harness.device(), given, self.harness.outputs());
         }
         while let Some(output) = self.harness.take_output() {

@@ -312,6 +312,7 @@ impl Session {
         self.driver.end_recording();
         self.driver.keep_coverage()?;
         self.driver.finish_drawing()?;
+        self.driver.end_waves()?;
         self.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
         Ok(ExitCode::from(end.why.code()))
     }

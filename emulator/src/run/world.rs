@@ -13,6 +13,7 @@ use crate::coverage::Covering;
 use crate::drawing::Shown;
 use crate::failure::Failure;
 use crate::values::duration;
+use crate::waves::Drawn;
 
 /// How long a button is kept pressed.
 pub(super) const PRESS: Duration = Duration::from_millis(100);
@@ -43,6 +44,8 @@ pub(crate) struct World {
     coverage: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) shown: Shown,
+    #[command(flatten)]
+    pub(crate) drawn: Drawn,
 }
 
 /// What the world around the controller does.

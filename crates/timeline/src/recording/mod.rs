@@ -34,6 +34,6 @@ pub use compare::{
     check, first_field, given_apart, part, said_apart, say_otherwise,
 };
 pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
-pub use play::{Player, StateError, Told, exchange};
+pub use play::{Player, Seen, StateError, Told, exchange};
 pub use read::{ReadError, Reader, Recording};
 pub use shorten::{cut, minimise, rerecord};

@@ -47,6 +47,9 @@ pub struct Told {
     pub means: String,
 }
 
+/// What looks on: at the device after each single thing that it has done, and at what came out by it.
+pub type Seen<'a, D> = dyn FnMut(&D, &VecDeque<Output>) + 'a;
+
 /// A recorded state that does not fit the device.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}: it is not a state of this controller: {why}")]
@@ -71,7 +74,7 @@ impl<D: Device> Player<D> {
         Player { remembered, ..self }
     }
 
-    /// Also watches these kinds of events, for those who [look](Player::play_seeing).
+    /// Also watches these kinds of events, for those who look on.
     #[must_use]
     pub fn watching(self, kinds: Kinds) -> Player<D> {
         Player { harness: self.harness.watching(TOLD.and(kinds)), ..self }
@@ -97,7 +100,7 @@ impl<D: Device> Player<D> {
     pub fn restore(&mut self, state: D::State) {
         self.begun = true;
         self.harness.restore(state);
-        self.take(None);
+        self.take();
     }
 
     /// Does what a line records, at its time. The first state is where playing begins. Lines of
@@ -111,7 +114,7 @@ impl<D: Device> Player<D> {
         entry: &Entry,
         state: &dyn Fn(&Value) -> Result<D::State, String>,
     ) -> Result<(), StateError> {
-        self.do_entry(entry, state, None)
+        self.play_seen(entry, state, &mut |_, _| {})
     }
 
     /// The same, cause by cause: when `look` is told of an event, the device is as it has left it.
@@ -125,14 +128,25 @@ impl<D: Device> Player<D> {
         state: &dyn Fn(&Value) -> Result<D::State, String>,
         look: Look<'_, D>,
     ) -> Result<(), StateError> {
-        self.do_entry(entry, state, Some(look))
+        self.play_seen(entry, state, &mut |device, outputs| {
+            for output in outputs {
+                if let Output::Event(stamp, event) = output {
+                    look(device, stamp.at, event);
+                }
+            }
+        })
     }
 
-    fn do_entry(
+    /// The same while something looks on.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`play`](Player::play).
+    pub fn play_seen(
         &mut self,
         entry: &Entry,
         state: &dyn Fn(&Value) -> Result<D::State, String>,
-        mut look: Option<Look<'_, D>>,
+        seen: &mut Seen<'_, D>,
     ) -> Result<(), StateError> {
         let first = !self.begun && matches!(entry.what, What::State { .. });
         let lets_time_pass = match entry.what {
@@ -143,13 +157,7 @@ impl<D: Device> Player<D> {
             What::Sent(_) | What::State { .. } | What::End(_) => !first && !self.led,
         };
         if lets_time_pass {
-            if let Some(look) = look.as_mut() {
-                while self.harness.due().is_some_and(|due| due <= entry.at) {
-                    self.harness.step();
-                    self.take(Some(&mut **look));
-                }
-            }
-            self.run_to(entry.at);
+            self.run_to_seen(entry.at, seen);
         }
         match &entry.what {
             What::Given { given, .. } => match self.input(given) {
@@ -159,6 +167,7 @@ impl<D: Device> Player<D> {
             },
             What::Stands(causes) => {
                 self.led = true;
+                self.run_before(entry.at, seen);
                 self.harness.run_into(entry.at, causes.unwrap_or_default());
             }
             What::Goes => self.led = false,
@@ -168,14 +177,30 @@ impl<D: Device> Player<D> {
             }
             _ => {}
         }
-        self.take(look);
+        seen(self.harness.device(), self.harness.outputs());
+        self.take();
         Ok(())
     }
 
     /// Lets time pass, with everything that happens.
     pub fn run_to(&mut self, at: Time) {
         self.harness.run_to(at);
-        self.take(None);
+        self.take();
+    }
+
+    /// The same while something looks on.
+    pub fn run_to_seen(&mut self, at: Time, seen: &mut Seen<'_, D>) {
+        self.run_before(at.after_nanos(1), seen);
+        self.run_to(at);
+        seen(self.harness.device(), self.harness.outputs());
+    }
+
+    /// Lets everything happen that is due before a time.
+    fn run_before(&mut self, at: Time, seen: &mut Seen<'_, D>) {
+        while self.harness.due().is_some_and(|due| due < at) && self.harness.step().is_some() {
+            seen(self.harness.device(), self.harness.outputs());
+            self.take();
+        }
     }
 
     /// What has come out, byte by byte, and has not been taken.
@@ -204,15 +229,12 @@ impl<D: Device> Player<D> {
             .ok()
     }
 
-    fn take(&mut self, mut look: Option<Look<'_, D>>) {
+    fn take(&mut self) {
         while let Some(output) = self.harness.take_output() {
             match output {
                 Output::Bytes(at, bytes) => self.said.extend(bytes.iter().map(|byte| (at, *byte))),
                 Output::Flash(..) => {}
                 Output::Event(stamp, event) => {
-                    if let Some(look) = look.as_mut() {
-                        look(self.harness.device(), stamp.at, &event);
-                    }
                     let means = match &event {
                         Event::Command { bytes, .. } => self.harness.device().explain(bytes),
                         _ => String::new(),

@@ -1,0 +1,270 @@
+//! Waveforms in files, as `--vcd`, `--fst`, `--csv` and `--perfetto` ask for them.
+
+use std::collections::VecDeque;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, IsTerminal, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use vimc4_catalogue::{Details, Model};
+use vimc4_device::{Device, Input, Kinds, Output, Time, View};
+use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
+
+use crate::failure::Failure;
+use crate::identity::Identity;
+use crate::places::numbered;
+
+/// What is to be drawn, and where.
+#[derive(Clone, clap::Args)]
+#[command(next_help_heading = "Waveforms")]
+pub(crate) struct Drawn {
+    /// Draw steps, directions, switches, ports, the bits on the line and the state over time into a value
+    /// change dump, which GTKWave and Surfer show. What it replaces is gone
+    #[arg(long, value_name = "OUT")]
+    vcd: Option<PathBuf>,
+    /// The same in the compressed format of GTKWave, which Surfer reads too
+    #[arg(long, value_name = "OUT")]
+    fst: Option<PathBuf>,
+    /// A table of the same: seconds,signal,value, with a row for each change
+    #[arg(long, value_name = "OUT")]
+    csv: Option<PathBuf>,
+    /// States, commands, answers, motions and lines of a program as a trace, which ui.perfetto.dev shows
+    #[arg(long, value_name = "OUT")]
+    perfetto: Option<PathBuf>,
+}
+
+/// The files, opened before anything begins.
+pub(crate) struct Sheets {
+    sheets: Vec<Box<dyn Sheet>>,
+    files: Vec<Page>,
+    /// The waveforms beside which stands what a viewer shows first.
+    waveforms: Vec<PathBuf>,
+}
+
+/// A device that is being drawn.
+pub(crate) struct Waves {
+    analyser: Analyser,
+    model: Model,
+    files: Vec<Page>,
+}
+
+impl Drawn {
+    /// Opens the files that are asked for; those of the second of several controllers are called
+    /// `out-2.vcd`.
+    ///
+    /// # Errors
+    ///
+    /// If one cannot be written, or would replace one of the `inputs`.
+    pub(crate) fn open(
+        &self,
+        inputs: &[&Path],
+        number: Option<u16>,
+    ) -> Result<Option<Sheets>, Failure> {
+        let named = |path: &Option<PathBuf>| path.as_deref().map(|path| numbered(path, number));
+        let [vcd, fst, csv, perfetto] =
+            [&self.vcd, &self.fst, &self.csv, &self.perfetto].map(named);
+        let mut taken: Vec<Identity> = inputs.iter().map(|path| Identity::of(path)).collect();
+        let all = || [&vcd, &fst, &csv, &perfetto].into_iter().flatten();
+        for path in all() {
+            let identity = Identity::of(path);
+            if taken.contains(&identity) {
+                return Err(Failure::usage(format!(
+                    "{} is named twice, and would be overwritten; draw into a file of another name",
+                    path.display()
+                )));
+            }
+            taken.push(identity);
+        }
+        if all().next().is_none() {
+            return Ok(None);
+        }
+        let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();
+        let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms };
+        if let Some(path) = vcd {
+            let page = sheets.page(path)?;
+            sheets.sheets.push(Box::new(Vcd::new(page)));
+        }
+        if let Some(path) = fst {
+            let page = sheets.page(path)?;
+            sheets.sheets.push(Box::new(Fst::new(page)));
+        }
+        if let Some(path) = csv {
+            let page = sheets.page(path)?;
+            sheets.sheets.push(Box::new(Csv::new(page)));
+        }
+        if let Some(path) = perfetto {
+            let page = sheets.page(path)?;
+            sheets.sheets.push(Box::new(Trace::new(page)));
+        }
+        Ok(Some(sheets))
+    }
+}
+
+impl Sheets {
+    fn page(&mut self, path: PathBuf) -> Result<Page, Failure> {
+        let page = Page::new(path)?;
+        self.files.push(page.clone());
+        Ok(page)
+    }
+
+    /// Begins to draw a controller of a model, as it is now.
+    pub(crate) fn begin<D: Device<Details = Details>>(
+        self,
+        device: &D,
+        model: &Model,
+        pacing: Pacing,
+    ) -> Result<Waves, Failure> {
+        let analyser = Analyser::new(device, pacing, drives(model), self.sheets);
+        for path in &self.waveforms {
+            let whole = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let scene = analyser.scene();
+            beside(path, "gtkw", &layout::gtkwave(scene, &whole.display().to_string()))?;
+            beside(path, "sucl", &layout::surfer(scene))?;
+        }
+        Ok(Waves { analyser, model: model.clone(), files: self.files })
+    }
+}
+
+/// Writes a file beside another, unless there is one: then it is somebody's own.
+fn beside(path: &Path, ending: &str, text: &str) -> Result<(), Failure> {
+    // What is drawn into a pipe has nothing beside it.
+    if !fs::metadata(path).is_ok_and(|file| file.is_file()) {
+        return Ok(());
+    }
+    let path = path.with_extension(ending);
+    let file = OpenOptions::new().write(true).create_new(true).open(&path);
+    match file.and_then(|mut file| file.write_all(text.as_bytes())) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+            Err(Failure::usage(format!("cannot write {}: {error}", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Waves {
+    pub(crate) const KINDS: Kinds = Analyser::KINDS;
+
+    /// Something went into the device.
+    pub(crate) fn given(&mut self, at: Time, input: Input<'_>) {
+        self.analyser.given(at, input);
+    }
+
+    /// The device was put into another state.
+    pub(crate) fn restored(&mut self) {
+        self.analyser.restored();
+    }
+
+    /// What came out, and the device now.
+    pub(crate) fn see<D: Device<Details = Details>>(
+        &mut self,
+        device: &D,
+        outputs: &VecDeque<Output>,
+    ) {
+        for output in outputs {
+            match output {
+                Output::Bytes(at, bytes) => self.analyser.sent(*at, bytes),
+                Output::Event(stamp, event) => self.analyser.see(stamp.at, event),
+                Output::Flash(..) => {}
+            }
+        }
+        self.analyser.look(device, drives(&self.model));
+    }
+
+    /// Draws the rest, up to this time.
+    ///
+    /// # Errors
+    ///
+    /// If not everything could be written.
+    pub(crate) fn finish(self, at: Time) -> Result<(), Failure> {
+        self.analyser.finish(at);
+        self.files.iter().try_for_each(Page::finish)
+    }
+}
+
+fn drives(model: &Model) -> impl Fn(&View<Details>) -> Drives {
+    move |view| {
+        let [motors, spindle] = model.drives(view);
+        Drives { motors, spindle }
+    }
+}
+
+/// A file that is drawn on.
+#[derive(Clone)]
+struct Page(Arc<Mutex<Written>>);
+
+struct Written {
+    path: PathBuf,
+    file: File,
+    size: u64,
+    outcome: io::Result<()>,
+    began: Instant,
+    bar: Option<ProgressBar>,
+}
+
+/// What is drawn sooner shows no progress.
+const SHOWN_AFTER: Duration = Duration::from_millis(500);
+
+impl Page {
+    fn new(path: PathBuf) -> Result<Page, Failure> {
+        let file = File::create(&path)
+            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
+        let (outcome, began) = (Ok(()), Instant::now());
+        let written = Written { path, file, size: 0, outcome, began, bar: None };
+        Ok(Page(Arc::new(Mutex::new(written))))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Written> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn finish(&self) -> Result<(), Failure> {
+        let mut written = self.lock();
+        if let Some(bar) = written.bar.take() {
+            bar.finish_and_clear();
+        }
+        let outcome = std::mem::replace(&mut written.outcome, Ok(()));
+        outcome.map_err(|error| {
+            Failure::usage(format!(
+                "cannot write {}: {error}; make room where it leads to, and begin again",
+                written.path.display()
+            ))
+        })
+    }
+}
+
+impl Written {
+    /// Shows how far it has come to somebody who waits for it.
+    fn show(&mut self) {
+        if self.bar.is_none() {
+            if self.began.elapsed() < SHOWN_AFTER || !io::stderr().is_terminal() {
+                return;
+            }
+            self.bar = Some(ProgressBar::new_spinner());
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_message(format!("{}: {} MB", self.path.display(), self.size / 1_000_000));
+            bar.tick();
+        }
+    }
+}
+
+impl Paper for Page {
+    fn put(&mut self, bytes: &[u8]) {
+        let mut written = self.lock();
+        if written.outcome.is_ok() {
+            written.outcome = written.file.write_all(bytes);
+            written.size += bytes.len() as u64;
+            written.show();
+        }
+    }
+
+    fn put_over(&mut self, bytes: &[u8]) {
+        let mut written = self.lock();
+        if written.outcome.is_ok() {
+            let start = written.file.seek(SeekFrom::Start(0));
+            written.outcome = start.and_then(|_| written.file.write_all(bytes));
+        }
+    }
+}
