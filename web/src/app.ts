@@ -36,7 +36,8 @@ export class App {
     wish: () => this.meet(),
     connected: (is) => {
       this.isConnected = is;
-      if (is) for (const { number } of this.machines) this.look(number);
+      // At once, so that nothing is shown empty for longer than it has to be.
+      if (is) for (const { number } of this.machines) void this.lookNow(number);
       this.changed();
     },
     entries: (number, entries) => {
@@ -161,6 +162,7 @@ export class App {
   }
 
   private async lookNow(number: number): Promise<void> {
+    if (this.looking.has(number)) return;
     this.due.delete(number);
     this.looking.add(number);
     const path = `/controllers/${number}`;

@@ -36,6 +36,8 @@ export class Machine {
 
   private way: Place = [0, 0, 0];
   private isPlaced = false;
+  /** Where the counters were when the motion began that is going on. */
+  private began: Place | null = null;
   private head = "up";
   private commands = new Map<number, string>();
   private line = { mnemonic: "", bytes: "" };
@@ -78,6 +80,7 @@ export class Machine {
     this.position = null;
     this.way = [0, 0, 0];
     this.isPlaced = false;
+    this.began = null;
     this.edition += 1;
   }
 
@@ -103,12 +106,19 @@ export class Machine {
     const place = this.place(this.byIndex(position.carriage));
     if (position.moving) {
       clearTimeout(this.settling);
+      if (!this.isPlaced && this.began) {
+        const counters = this.place(this.byIndex(position.positions));
+        const [x, y, z] = place.map((at, i) => at - (counters[i]! - this.began![i]!));
+        this.settle([x!, y!, z!]);
+        this.trail = [this.way];
+      }
       if (this.trail.length > 0) this.trail.push(place);
       if (this.trail.length > 4_096) this.trail = this.trail.filter((_, i) => i % 2 === 0);
-    } else if (place.some((at, i) => at !== this.way[i])) {
+    } else {
       clearTimeout(this.settling);
-      if (this.isPlaced) this.settling = window.setTimeout(() => this.settle(place), SETTLES);
-      else this.settle(place);
+      const isElsewhere = place.some((at, i) => at !== this.way[i]);
+      if (!this.isPlaced) this.settle(place);
+      else if (isElsewhere) this.settling = window.setTimeout(() => this.settle(place), SETTLES);
     }
     this.edition += 1;
   }
@@ -119,9 +129,8 @@ export class Machine {
     this.edition += 1;
   }
 
-  /** Believes a position at rest: at first the whole path is put there, later steps were lost. */
+  /** Believes where the path has led to: at first all of it is put there, later steps were lost. */
   private settle(place: Place): void {
-    if (this.position?.moving) return;
     if (!this.isPlaced) {
       this.path.shift([place[0] - this.way[0], place[1] - this.way[1], place[2] - this.way[2]]);
     }
@@ -173,7 +182,11 @@ export class Machine {
 
   /** Counters are set to zero now and then, carriages are not: each motion goes on where the last ended. */
   private moves(entry: Entry): void {
-    if (entry.motion === "begins") this.trail = [this.way];
+    if (entry.motion === "begins") {
+      this.trail = this.isPlaced ? [this.way] : [];
+      this.began = entry.from ? this.place(entry.from) : null;
+    }
+    if (entry.motion === "ends") this.began = null;
     if (entry.motion !== "ends" || !entry.points || !entry.from) return;
     const from = this.place(entry.from);
     const by = this.way.map((at, i) => at - from[i]!);

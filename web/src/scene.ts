@@ -5,6 +5,7 @@ import {
   LineSegments, Mesh, MeshBasicMaterial, OrthographicCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { MachineAxis } from "./api";
 import { PathLines } from "./lines";
 import type { Machine } from "./machine";
 import { KINDS, type Place } from "./path";
@@ -20,7 +21,7 @@ const EYES: Record<Way, Vector3> = {
 };
 /** An axis of which nobody says how far a step goes. */
 const UNKNOWN_STEP = 0.0125;
-/** The size of what has no envelope, in mm. */
+/** The size of what has no envelope, in mm, until more is needed. */
 const OPEN = 60;
 /** The tool takes this long to be where it was heard of, in ms. */
 const GLIDE = 50;
@@ -38,6 +39,8 @@ export class MachineScene {
   private trail = new Line(new BufferGeometry(), new LineBasicMaterial());
   private low = new Vector3();
   private high = new Vector3(OPEN, OPEN, OPEN / 2);
+  /** The size of what has no envelope. */
+  private open = OPEN;
   private machine: Machine | null = null;
   private shown = new Vector3();
   private goal = new Vector3();
@@ -68,14 +71,19 @@ export class MachineScene {
   show(machine: Machine): void {
     if (machine !== this.machine) {
       this.machine = machine;
+      this.open = OPEN;
       this.build(machine);
       this.shown.copy(this.at(machine));
+      this.look(this.way);
+    }
+    const goal = this.at(machine);
+    if (this.outgrows(machine, goal)) {
+      this.build(machine);
       this.look(this.way);
     }
     this.recolour();
     const scale = this.scale(machine);
     this.path.follow(machine.path, scale);
-    const goal = this.at(machine);
     if (!goal.equals(this.goal)) {
       this.goal.copy(goal);
       this.glidesUntil = performance.now() + GLIDE;
@@ -151,17 +159,35 @@ export class MachineScene {
     return Math.max(this.high.distanceTo(this.low), 1);
   }
 
+  private profile(machine: Machine, index: number): MachineAxis | null | undefined {
+    const name = machine.about.axes.find((axis) => axis.index === index)?.name.toLowerCase() ?? "";
+    return machine.profile.axes[name];
+  }
+
+  /** Whether a place is beyond what is drawn of axes without ends, of which then more is drawn. */
+  private outgrows(machine: Machine, place: Vector3): boolean {
+    const before = this.open;
+    for (const [k, index] of machine.spatial.entries()) {
+      if (index < 0 || this.ends(machine, index)) continue;
+      while (Math.abs(place.getComponent(k)) > this.open / (k === 2 ? 4 : 2)) this.open *= 2;
+    }
+    return this.open !== before;
+  }
+
+  /** From where to where an axis can go, in steps; `null` if nothing limits it. */
+  private ends(machine: Machine, index: number): { low: number; high: number } | null {
+    const axis = this.profile(machine, index);
+    const [low, high] = [axis?.negative_switch ?? axis?.lowest, axis?.positive_switch ?? axis?.highest];
+    return low == null || high == null ? null : { low, high };
+  }
+
   private bounds(machine: Machine): void {
     const scale = this.scale(machine);
-    const half = OPEN / 2;
+    const half = this.open / 2;
     const ends = machine.spatial.map((index, k) => {
-      const name = machine.about.axes.find((axis) => axis.index === index)?.name.toLowerCase() ?? "";
-      const axis = machine.profile.axes[name];
-      const low = axis?.negative_switch ?? axis?.lowest;
-      const high = axis?.positive_switch ?? axis?.highest;
-      const isThere = low != null && high != null;
-      if (isThere) return { low: low * scale[k]!, high: high * scale[k]! };
-      return index < 0 ? { low: 0, high: 0 } : { low: k === 2 ? 0 : -half, high: k === 2 ? half / 2 : half };
+      const ends = this.ends(machine, index);
+      if (ends) return { low: ends.low * scale[k]!, high: ends.high * scale[k]! };
+      return index < 0 ? { low: 0, high: 0 } : { low: k === 2 ? -half / 2 : -half, high: k === 2 ? half / 2 : half };
     });
     this.low.fromArray(ends.map((end) => end.low));
     this.high.fromArray(ends.map((end) => end.high));
@@ -182,8 +208,7 @@ export class MachineScene {
     this.frame.add(edges, this.grid());
     const bead = new SphereGeometry(this.size() / 110, 16, 12);
     for (const [k, index] of machine.spatial.entries()) {
-      const name = machine.about.axes.find((axis) => axis.index === index)?.name.toLowerCase() ?? "";
-      const axis = machine.profile.axes[name];
+      const axis = this.profile(machine, index);
       for (const [sign, at] of [["-", axis?.negative_switch], ["+", axis?.positive_switch]] as const) {
         if (at == null) continue;
         const lamp = new Mesh(bead, new MeshBasicMaterial());

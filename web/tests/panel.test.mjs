@@ -55,14 +55,19 @@ with_(["--web"], "a carriage is seen to move, STOP stops it with F and its meani
   await said(page, /^[\d.,]+ s←F.*stopped by STOP/).waitFor();
   await until("it rests", async () => (await page.locator(".front .state").textContent()) === "idle");
   const [held] = await carriage(page);
+  const trace = await page.locator(".stage").getAttribute("data-tool");
   assert.ok(held > 0 && held < 4_000, `${held}`);
   const x = page.locator(".axes tbody tr").first().locator("td").first();
-  await until("X is shown in millimetres", async () => (await x.textContent()) === `${(held / 80).toFixed(3)} mm`);
+  await until("X is shown in millimetres", async () => {
+    const [, figure] = /^([\d.]+) mm$/.exec(await x.textContent()) ?? [];
+    return Math.abs(Number(figure) - held / 80) < 0.001;
+  });
   // The path is one line, to where it was stopped.
   await until("the path is drawn", async () => (await corners(page)) === 2);
   await knob(page, "start").click();
   await server.send("@0S");
   await until("it arrives", async () => (await carriage(page))[0] === 4_000);
+  await until("the tool is drawn elsewhere", async () => (await page.locator(".stage").getAttribute("data-tool")) !== trace);
 });
 
 with_(["--web"], "what is wrong is told with its meaning, can be searched for, and is never a part of the page", async (server, opened) => {
