@@ -4,7 +4,7 @@
 
 use std::cmp::Reverse;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
@@ -594,10 +594,52 @@ fn too_much_is_refused_and_nonsense_does_no_harm() {
     {
         let mut stream = served.connect();
         stream.write_all(nonsense).unwrap();
-        let _ = stream.shutdown(std::net::Shutdown::Write);
+        let _ = stream.shutdown(Shutdown::Write);
         let _ = stream.read_to_end(&mut Vec::new());
     }
     assert_eq!(served.get("/v1").status, 200);
+}
+
+/// Requests and frames that are nearly right, in every way: none ends the server or the controller.
+#[test]
+fn a_thousand_damaged_requests_do_no_harm() {
+    let served = serve(Clock::Instant, 1, None);
+    let request = format!(
+        "POST /v1/controllers/1/orders?x=%41 HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Type: \
+         application/json\r\nContent-Length: 24\r\n\r\n{{\"order\": \"press start\"}}",
+        served.address
+    );
+    let frame = [&[0x81, 0x90, 0, 0, 0, 0][..], br#"{"positions":30}"#].concat();
+    // A generator of its own: the same damage every time.
+    let mut seed = 1_u32;
+    let mut random = |below: usize| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 8) as usize % below
+    };
+    for round in 0..1_000 {
+        let as_frame = round % 4 == 0;
+        let mut bytes = if as_frame { frame.clone() } else { request.clone().into_bytes() };
+        for _ in 0..=random(4) {
+            let (place, byte) = (random(bytes.len()), u8::try_from(random(256)).unwrap());
+            match random(3) {
+                0 => bytes[place] = byte,
+                1 => bytes.insert(place, byte),
+                _ => bytes.truncate(place.max(1)),
+            }
+        }
+        let mut stream = match as_frame {
+            true => served.watch("").stream,
+            false => served.connect(),
+        };
+        // It may have been closed before all of it is written.
+        let _ = stream.write_all(&bytes).and_then(|()| stream.shutdown(Shutdown::Write));
+        let _ = stream.read_to_end(&mut Vec::new());
+    }
+    assert_eq!(served.get("/v1/controllers/1/view").status, 200);
+    // Nobody keeps a place who has left.
+    let mut watcher = served.watch("");
+    watcher.say(&json!({}));
+    assert_eq!(watcher.next_of("hello")["controllers"][0]["number"], 1);
 }
 
 // --- what it says of itself ---

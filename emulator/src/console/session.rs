@@ -183,6 +183,7 @@ impl Session {
     }
 
     /// A controller that runs for others, and goes on afterwards.
+    #[cfg(feature = "api")]
     pub(crate) fn beside(control: &Control, who: &str, cancel: Cancel) -> Result<Session, Wrong> {
         let (live, debugger) = Live::with(control, who, None)?;
         let session = Session::new(debugger, Arc::clone(control.machine()), cancel);
