@@ -45,6 +45,11 @@ impl Failure {
         failure
     }
 
+    /// The same where nothing has begun yet.
+    pub(crate) fn begins_nothing(self) -> Failure {
+        Failure { code: 2, ..self }
+    }
+
     /// A program that was to be run cannot be; the code says so as shells do.
     pub(crate) fn of_program(text: impl ToString, code: u8) -> Failure {
         Failure::new(&text.to_string(), code)

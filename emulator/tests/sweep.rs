@@ -58,7 +58,7 @@ fn a_recorded_session_gives_the_same_whoever_sweeps_it() {
         of(&["--shard", shard, "--out", &shard[..1]]);
     }
     let merged = sweep(&["merge", "1", "3", "2", "--out", "merged"]);
-    assert_eq!(merged, one.split_once(": ").unwrap().1);
+    assert_eq!(merged, one);
     assert_eq!(files(&folder.path().join("merged")), whole);
     // What is there is neither overwritten nor done again.
     let again = [&["sweep", LIMIT], &only[..], &["--out", "one"]].concat();
@@ -66,10 +66,20 @@ fn a_recorded_session_gives_the_same_whoever_sweeps_it() {
     assert!(code == 2 && errors.contains("has results already"), "{errors}");
     assert_eq!(of(&["--out", "one", "--resume"]), one);
     assert_eq!(files(&folder.path().join("one")), whole);
+    // A case that is lost is made again.
+    fs::remove_file(folder.path().join("one").join(whole.keys().next().unwrap())).unwrap();
+    assert_eq!(of(&["--out", "one", "--resume"]), one);
+    assert_eq!(files(&folder.path().join("one")), whole);
+    // What is missing is no all-clear, and what is there is not written over.
+    let (code, said, errors) = run(folder.path(), &["sweep", "merge", "1", "3", "--out", "two"]);
+    assert!(code == 2 && errors.contains("are in none of these folders"), "{errors}");
+    assert!(said.contains("limit.jsonl: "), "{said}");
+    let (code, _, errors) = run(folder.path(), &["sweep", "merge", "1", "2", "3", "--out", "1"]);
+    assert!(code == 2 && errors.contains("1 has results already"), "{errors}");
     // Another session belongs elsewhere.
     let other = ["sweep", LIMIT, "--only", "stop", "--out", "one", "--resume"];
     let (code, _, errors) = run(folder.path(), &other);
-    assert!(code == 2 && errors.contains("of another session"), "{errors}");
+    assert!(code == 2 && errors.contains("of another session or host"), "{errors}");
     // Every case happens again as it was found, and shows what it is about.
     let cases: Vec<&String> = whole.keys().filter(|name| name.starts_with("case-")).collect();
     assert!(cases.len() > 5, "{cases:?}");
@@ -201,6 +211,50 @@ fn nothing_is_left_of_a_sweep_that_was_killed() {
             test_kill_process(pid).is_err() || is_zombie(pid)
         })
     });
+}
+
+#[test]
+fn results_of_another_host_are_not_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let only = ["--only", "stop", "--modes", "transient", "--limit", "60s", "--out", "one"];
+    sweep(folder.path(), &only, CAREFUL);
+    let other = format!("{CAREFUL}: mended");
+    let (code, _, errors) = run(
+        folder.path(),
+        &[&["sweep", "--resume"], &only[..], &["--", "sh", "-c", &other]].concat(),
+    );
+    assert!(code == 2 && errors.contains("another session or host"), "{errors}");
+}
+
+#[test]
+fn two_sweeps_do_not_write_into_one_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let host = "exec 3<>\"$VIMC4_PORT\"; printf '@07\\r' >&3; [ \"$VIMC4_POINT\" = 'without a fault' ] || exec sleep 3000";
+    let arguments = ["sweep", "--only", "dropped", "--limit", "1h", "--resume"];
+    let arguments = [&arguments[..], &["--", "sh", "-c", host]].concat();
+    let mut sweep = Process::of(vimc4(folder.path(), &arguments).spawn().unwrap());
+    let results = "sweep-results/results-1-of-1.jsonl";
+    until("nothing is written", || lines(folder.path(), results) > 0);
+    let (code, _, errors) = run(folder.path(), &arguments);
+    assert!(code == 2 && errors.contains("another sweep writes into"), "{errors}");
+    sweep.signal(Signal::KILL);
+    sweep.ended();
+}
+
+#[test]
+fn a_recording_without_a_session_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read_to_string(LIMIT).unwrap();
+    let (first, rest) = whole.split_once('\n').unwrap();
+    let torn = format!("{first}\n{}", &rest[..20]);
+    for (text, says) in [("", "recording"), ("junk\n", "recording"), (&*torn, "no input of a host")]
+    {
+        fs::write(folder.path().join("file.jsonl"), text).unwrap();
+        let (code, said, errors) = run(folder.path(), &["sweep", "file.jsonl"]);
+        assert_eq!((code, said.as_str()), (2, ""), "{errors}");
+        assert!(errors.contains(says), "{errors}");
+        assert_eq!(errors.contains("Line 2 was torn off"), text == torn, "{errors}");
+    }
 }
 
 #[test]

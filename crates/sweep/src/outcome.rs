@@ -183,6 +183,10 @@ impl Outcome {
         let went_on = match &self.then {
             Then::AsBefore if is_played => "every other answer was the same".to_owned(),
             Then::Otherwise(lines) if is_played => format!("then differs: {}", list(lines)),
+            // It did no more than that.
+            Then::AsBefore if matches!(self.exit, Exit::Hung | Exit::Signal(_)) => {
+                "sent all that it always sends".to_owned()
+            }
             Then::AsBefore => "went on as if nothing had happened".to_owned(),
             Then::SaidNothing => "said nothing more".to_owned(),
             Then::EndedEarly => "went on as if nothing had happened, but ended early".to_owned(),

@@ -17,6 +17,9 @@ pub enum Row {
         fingerprint: String,
         /// How many points there are.
         points: u64,
+        /// What was swept, for people.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        of: String,
     },
     /// An outcome that was not seen before.
     Outcome {
@@ -59,6 +62,7 @@ impl Case {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Results {
     of: Option<(String, u64)>,
+    name: String,
     outcomes: BTreeMap<String, Outcome>,
     cases: BTreeMap<String, Case>,
     points: BTreeMap<u64, String>,
@@ -79,7 +83,7 @@ impl fmt::Display for ResultsError {
         match self.readable {
             true => write!(
                 f,
-                "line {line}: these are the results of another session; put them into another folder"
+                "line {line}: these are the results of another session or host; put them into another folder"
             ),
             false => {
                 write!(f, "line {line}: it is no line of results; remove the file and begin again")
@@ -108,11 +112,29 @@ impl Results {
         Results { of: Some((fingerprint, points)), ..Results::default() }
     }
 
+    /// The same with what was swept, for people.
+    #[must_use]
+    pub fn named(self, name: String) -> Results {
+        Results { name, ..self }
+    }
+
+    /// What was swept, for people; empty if that is not known.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The first row of a file of them.
     #[must_use]
     pub fn head(&self) -> Option<Row> {
         let (fingerprint, points) = self.of.clone()?;
-        Some(Row::Sweep { fingerprint, points })
+        Some(Row::Sweep { fingerprint, points, of: self.name.clone() })
+    }
+
+    /// A point is done again, because what shows it is lost.
+    pub fn forget(&mut self, point: u64) {
+        self.points.remove(&point);
+        self.cases.retain(|_, case| case.point != point);
     }
 
     /// Adds what was found, and says which lines a file needs because of it. `case` is asked for if it is
@@ -152,8 +174,11 @@ impl Results {
     /// Takes a line, and says whether it belongs here.
     pub fn take(&mut self, line: Row) -> bool {
         match line {
-            Row::Sweep { fingerprint, points } => {
+            Row::Sweep { fingerprint, points, of: name } => {
                 let of = (fingerprint, points);
+                if self.name.is_empty() {
+                    self.name = name;
+                }
                 return *self.of.get_or_insert_with(|| of.clone()) == of;
             }
             Row::Outcome { key, is } => drop(self.outcomes.entry(key).or_insert(*is)),

@@ -3,7 +3,7 @@
 use vimc4_device::{Device, FaultNumber, Faulting, MAX_CAUSES, OwnedInput, Time, TimedInput};
 
 use crate::account::{Account, Witness, by_lines};
-use crate::outcome::{Exit, Outcome, part, whereabouts};
+use crate::outcome::{Exit, Outcome, Verdict, part, whereabouts};
 use crate::plan::{Base, Choice, Harm, Plan, Point};
 use crate::results::{Case, key, key_of};
 
@@ -164,9 +164,11 @@ impl<D: Device + Clone> Session<D> {
         let late = point.harm == Harm::Delayed;
         let mut should = parting.outcome.should(why.as_deref(), late);
         let moved = seen.unreferenced.iter().map(|(axis, _)| axis.as_str()).collect::<Vec<_>>();
+        let is_moved = parting.outcome.verdicts.contains(&Verdict::MovedUnreferenced);
         let line = seen
             .unreferenced
             .first()
+            .filter(|_| is_moved)
             .and_then(|(_, exchange)| seen.exchanges.get(exchange.saturating_sub(before)));
         if let (Some(should), Some(line)) = (&mut should, line) {
             let line = crate::plan::shown(&line.said);

@@ -39,7 +39,7 @@ pub(crate) struct Lines {
 }
 
 /// What is said of a line that was torn off.
-pub(super) fn torn_off(line: u32) -> String {
+pub(crate) fn torn_off(line: u32) -> String {
     format!("Line {line} was torn off when it was written, and is left out.")
 }
 

@@ -72,7 +72,7 @@ pub(crate) struct Arguments {
     pub(super) out: PathBuf,
     /// How long a run of the host may take; by default twenty times as long as without a fault, at least
     /// 2s, and longer while all are slow
-    #[arg(long, value_name = "TIME", value_parser = duration)]
+    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "session")]
     pub(super) limit: Option<Duration>,
     /// Run the host for every point, also where it hears what it has heard in another run
     #[arg(long, conflicts_with = "session")]
@@ -95,7 +95,7 @@ pub(super) enum Other {
 Examples:
   vimc4 sweep merge part-1 part-2 --out whole
 
-Exit codes: 0 nothing is wrong with the host, 1 something is, 2 wrong usage.")]
+Exit codes: 0 nothing is wrong with the host, 1 something is, 2 wrong usage, or points are missing.")]
     Merge {
         /// The folders
         #[arg(value_name = "DIR", required = true)]

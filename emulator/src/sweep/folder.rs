@@ -3,7 +3,7 @@
 //! Results are added line by line, so whatever was found before a sweep is killed is there when it is
 //! resumed.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -53,6 +53,20 @@ impl Folder {
             }
             Err(error) => return Err(failed(error)),
         };
+        match folder.file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Failure::usage(format!(
+                    "another sweep writes into {}; wait for its end, or name another folder with --out",
+                    path.display()
+                )));
+            }
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
+        }
+        let cases = folder.results.cases().values();
+        let is_lost = |case: &&Case| !path.join(recording_of(case)).exists();
+        let lost: Vec<u64> = cases.filter(is_lost).map(|case| case.point).collect();
+        lost.into_iter().for_each(|point| folder.results.forget(point));
         if folder.file.metadata().map_err(failed)?.len() == 0 {
             let head: Vec<Row> = folder.results.head().into_iter().collect();
             folder.write(&head)?;
@@ -83,6 +97,8 @@ impl Folder {
 
     /// Puts the results in order, and removes recordings of cases that are not the smallest.
     pub(super) fn finish(self) -> Result<Results, Failure> {
+        // Where a lock keeps readers out, too.
+        self.file.unlock().map_err(|error| cannot(&self.path, error))?;
         // Another shard may have its cases in the same folder.
         let mut all = self.results.clone();
         for file in results_in(&self.path).map_err(|error| cannot(&self.path, error))? {
@@ -101,12 +117,18 @@ pub(super) fn recording_of(case: &Case) -> String {
     format!("case-{}.jsonl", case.point)
 }
 
-fn printed_of(case: &Case) -> String {
+pub(super) fn printed_of(case: &Case) -> String {
     format!("case-{}.txt", case.point)
 }
 
 /// Puts the results in several folders together in another one.
 pub(super) fn merge(folders: &[PathBuf], out: &Path) -> Result<Results, Failure> {
+    if results_in(out).is_ok_and(|files| !files.is_empty()) {
+        return Err(Failure::usage(format!(
+            "{} has results already; name another folder with --out",
+            out.display()
+        )));
+    }
     let mut results = Results::default();
     let mut files = 0;
     for folder in folders {

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 #[cfg(unix)]
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-use vimc4::sweep::{Case, Exit, Foretold, Found, Habits, Point, Results, Session, Stand};
+use vimc4::sweep::{Case, Exit, Foretold, Found, Habits, Point, Results, Session, Stand, key};
 use vimc4_device::{Fault, TimedInput};
 
 use super::arguments::Arguments;
@@ -95,7 +95,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if !arguments.run_all {
         runs.habits = Habits::new(&session, &given, Exit::Code(0)).map(RwLock::new);
     }
-    let results = Results::of(session.fingerprint(), session.plan().len());
+    let words: Vec<String> =
+        arguments.command.iter().map(|word| shown_in_line(&word.to_string_lossy())).collect();
+    let what = words.join(" ");
+    // Another host may say the same as long as nothing goes wrong.
+    let fingerprint = key(format!("{}\n{what}", session.fingerprint()).as_bytes());
+    let results = Results::of(fingerprint, session.plan().len()).named(what);
     let folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
@@ -122,10 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     progress.finish_and_clear();
     ended.into_iter().collect::<Result<(), Failure>>()?;
     let results = folder.into_inner().unwrap_or_else(PoisonError::into_inner).finish()?;
-    let words: Vec<String> =
-        arguments.command.iter().map(|word| shown_in_line(&word.to_string_lossy())).collect();
-    let (what, out) = (words.join(" "), &arguments.out);
-    report::print(&results, &report::About { what: &what, out, json: arguments.json })
+    report::print(&results, &report::About { out: &arguments.out, json: arguments.json })
 }
 
 impl Runs<'_> {

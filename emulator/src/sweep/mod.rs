@@ -23,7 +23,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match &arguments.other {
         Some(Other::Merge { folders, out, json }) => {
             let results = folder::merge(folders, out)?;
-            report::print(&results, &report::About { what: "", out, json: *json })
+            let code = report::print(&results, &report::About { out, json: *json })?;
+            match results.total() - results.done() {
+                0 => Ok(code),
+                missing => Err(Failure::usage(format!(
+                    "{missing} of the {} points are in none of these folders; name those of all shards",
+                    results.total()
+                ))),
+            }
         }
         #[cfg(unix)]
         Some(Other::Guard { mark }) => Ok(guard::run(mark)),

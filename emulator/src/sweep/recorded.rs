@@ -1,5 +1,6 @@
 //! A sweep over a recorded session.
 
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -23,8 +24,14 @@ use crate::text;
 const CHUNK: usize = 256;
 
 pub(super) fn run(arguments: &Arguments, path: &Path) -> Result<ExitCode, Failure> {
-    let (head, session) = session(arguments, path)?;
-    let results = Results::of(session.fingerprint(), session.plan().len());
+    let (head, session) = session(arguments, path).map_err(Failure::begins_nothing)?;
+    if session.plan().is_empty() {
+        return Err(Failure::usage(format!(
+            "{} has nothing that could go wrong: no input of a host; name a recording of a whole session",
+            text::name(path)
+        )));
+    }
+    let results = Results::of(session.fingerprint(), session.plan().len()).named(text::name(path));
     let mut folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
@@ -59,11 +66,7 @@ pub(super) fn run(arguments: &Arguments, path: &Path) -> Result<ExitCode, Failur
     })?;
     progress.finish_and_clear();
     let results = folder.finish()?;
-    let name = text::name(path);
-    report::print(
-        &results,
-        &report::About { what: &name, out: &arguments.out, json: arguments.json },
-    )
+    report::print(&results, &report::About { out: &arguments.out, json: arguments.json })
 }
 
 /// Takes note of what was found.
@@ -93,6 +96,10 @@ fn take(
 /// The session in a file.
 fn session(arguments: &Arguments, path: &Path) -> Result<(Head, Session<PlayedDevice>), Failure> {
     let recording = file::read(path)?;
+    if let Some(line) = recording.torn {
+        // Where nobody can be told there are the results.
+        let _ = writeln!(io::stderr(), "{}", file::torn_off(line));
+    }
     let site = Site::recorded(&recording);
     let site = site.map_err(|error| file::unplayable(path, &recording, error))?;
     let mut device = site.fresh()?;

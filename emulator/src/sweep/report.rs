@@ -9,7 +9,7 @@ use serde_json::json;
 use vimc4::sweep::{Exit, Group, Results};
 use vimc4_device::Grouped;
 
-use super::folder::recording_of;
+use super::folder::{printed_of, recording_of};
 use crate::failure::Failure;
 use crate::output;
 
@@ -18,8 +18,6 @@ const LISTED: usize = 12;
 
 /// What a report is about.
 pub(super) struct About<'a> {
-    /// What was swept; empty if only results are known.
-    pub(super) what: &'a str,
     /// The folder of the recordings.
     pub(super) out: &'a Path,
     pub(super) json: bool,
@@ -70,7 +68,8 @@ fn text(results: &Results, groups: &[Group<'_>], bad: usize, about: &About<'_>) 
         let number = Grouped(i64::try_from(count).unwrap_or(i64::MAX));
         format!("{number} {one}{}", if count == 1 { "" } else { "s" })
     };
-    let of = if about.what.is_empty() { String::new() } else { format!("{}: ", about.what) };
+    let of = results.name();
+    let of = if of.is_empty() { String::new() } else { format!("{of}: ") };
     let part = match results.done() == results.total() {
         true => String::new(),
         false => format!(" of {}", count(results.total(), "point")),
@@ -102,6 +101,10 @@ fn text(results: &Results, groups: &[Group<'_>], bad: usize, about: &About<'_>) 
                 line("should", should);
             }
             line("case", &about.out.join(recording_of(case)).display().to_string());
+            let printed = about.out.join(printed_of(case));
+            if printed.exists() {
+                line("printed", &printed.display().to_string());
+            }
         }
     }
     let good: Vec<_> = groups.iter().filter(|group| group.outcome.verdicts.is_empty()).collect();
