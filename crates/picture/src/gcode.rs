@@ -22,6 +22,9 @@ pub fn gcode(plot: &Plot, frame: &Frame) -> String {
     let origin = plot.origin();
     // Writing into a string cannot fail.
     let _ = writeln!(out, "({})", comment(&frame.title));
+    if plot.astray() > 0 {
+        let _ = writeln!(out, "(short motions are taken together within {} steps)", plot.astray());
+    }
     let _ = writeln!(out, "G21 G90 G94 G17");
     let legs = plot.legs();
     // A viewer need not know axes that rest.

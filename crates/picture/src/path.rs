@@ -258,7 +258,7 @@ fn header(scene: &mut Scene, plot: &Plot, frame: &Frame, top: &mut f64) {
     scene.text((MARGIN, *top + 26.0), frame.title.clone(), 15.0, INK, Anchor::Start);
     let ends = plot.legs().first().zip(plot.legs().last());
     let took = ends.map_or(0, |(first, last)| last.ends.nanos_since(first.began));
-    let motions = plot.legs().len();
+    let motions = plot.motions();
     let s = if motions == 1 { "" } else { "s" };
     let mut said = format!("{motions} motion{s}, {:.3} s", took as f64 / 1e9);
     if plot.astray() > 0 {

@@ -67,6 +67,8 @@ const MOST_LEGS: usize = 250_000;
 #[derive(Clone, Debug)]
 pub struct Plot {
     legs: Vec<Leg>,
+    /// How many motions there were.
+    motions: u64,
     marks: Vec<Mark>,
     left_out: usize,
     running: Option<Running>,
@@ -108,6 +110,7 @@ impl Plot {
     pub fn new() -> Plot {
         Plot {
             legs: Vec::new(),
+            motions: 0,
             marks: Vec::new(),
             left_out: 0,
             running: None,
@@ -190,6 +193,12 @@ impl Plot {
         &self.legs
     }
 
+    /// How many motions there were, with those that were taken together.
+    #[must_use]
+    pub fn motions(&self) -> u64 {
+        self.motions
+    }
+
     /// The place that counts as zero: the reference point of axes that have made a reference run.
     #[must_use]
     pub fn origin(&self) -> Point {
@@ -265,6 +274,7 @@ impl Plot {
             }
         }
         if made > 0 {
+            self.motions += 1;
             let course = leg::Course::Made(segment);
             let purpose = self.purpose;
             self.legs.push(Leg { began, ends: at, from, course, made, purpose });

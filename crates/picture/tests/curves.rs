@@ -119,6 +119,7 @@ proptest! {
             at = end;
         }
         prop_assert!(kept.legs().len() <= 16);
+        prop_assert!(kept.motions() > 16 && kept.astray() > 0);
         let lines: Vec<(Point, Point)> = kept.legs().iter().map(|leg| (leg.from, leg.to())).collect();
         // A place is no further from the beginning of its line than that, on any axis.
         let most = kept.astray() as f64 * 2.0_f64.sqrt() + 1.5;

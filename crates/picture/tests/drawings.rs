@@ -177,6 +177,25 @@ fn the_same_run_gives_the_same_bytes() {
 }
 
 #[test]
+fn many_motions_make_no_larger_picture() {
+    let sizes = [5_000, 40_000].map(|motions| {
+        let mut run = Run::new();
+        let mut random = 1_u64;
+        for _ in 0..motions {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            // Two steps are a fiftieth of a mm, and the whole is 400 mm wide.
+            let way = |bits: u64| (random >> bits & 1) as i64 * 4 - 2;
+            let ahead = if run.counters[0] > 2_000 { -1 } else { 1 };
+            run.go([ahead * way(40).abs(), way(50), 0], None);
+        }
+        run.go([40_000 - run.counters[0], 0, 0], None);
+        assert_eq!(run.plot.motions(), motions + 1);
+        Picture::of(&run.plot, &frame(), &[View::Top], Colouring::Kind).svg().len()
+    });
+    assert!(sizes[1] < 2 * sizes[0] + 20_000, "{sizes:?}");
+}
+
+#[test]
 fn nothing_at_all_is_a_picture_too() {
     for plot in [Plot::new(), {
         let mut run = Run::new();
