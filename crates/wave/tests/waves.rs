@@ -274,12 +274,36 @@ fn deeds() -> impl Strategy<Value = Vec<Deed>> {
     })
 }
 
+/// A few commands of a plot, cut by time, the emergency stop and the mains switch.
+fn plots() -> impl Strategy<Value = Vec<Deed>> {
+    let line = prop_oneof![
+        4 => (0_i64..4_000, 0_i64..4_000).prop_map(|(x, y)| say(&format!("PA{x},{y};"))),
+        1 => prop::sample::select(vec!["PU;", "PD;", "!ST;", "!GO;"]).prop_map(say),
+    ];
+    let deed = prop_oneof![
+        5 => line,
+        5 => (1_u64..900_000).prop_map(Deed::Wait),
+        1 => any::<bool>().prop_map(Deed::Power),
+    ];
+    prop::collection::vec(deed, 1..25).prop_map(|mut deeds| {
+        deeds.splice(0..0, [say("IN;"), Deed::Wait(8_000_000)]);
+        deeds
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
     #[test]
     fn whatever_happens_is_drawn_as_it_was(deeds in deeds(), paced: bool) {
         let mut bench = Bench::new("imc4", "mill", paced);
+        perform(&mut bench, &deeds);
+        agrees(bench);
+    }
+
+    #[test]
+    fn whatever_is_plotted_is_drawn_as_it_was(deeds in plots(), paced: bool) {
+        let mut bench = Bench::new("smcu", "board-plotter", paced);
         perform(&mut bench, &deeds);
         agrees(bench);
     }
