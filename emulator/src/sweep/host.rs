@@ -57,10 +57,6 @@ struct Runs<'a> {
     asked: Asked,
     #[cfg(unix)]
     guard: Guard,
-    /// Held while a controller or a host is started. For a moment a new terminal is one that a process
-    /// started at that time inherits, and where that ends, the terminal seems to have been closed: what
-    /// its host has not read is flushed.
-    starting: Mutex<()>,
 }
 
 /// A run of a host.
@@ -90,7 +86,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         #[cfg(unix)]
         guard: Guard::start()
             .map_err(|error| Failure::usage(format!("cannot start a process: {error}")))?,
-        starting: Mutex::new(()),
     };
     let began = Instant::now();
     let (session, given) = runs.clean()?;
@@ -254,10 +249,7 @@ impl Runs<'_> {
     /// Runs the host once, with a controller of its own.
     fn host(&self, faults: &[Fault], point: &str) -> Result<Ran, Failure> {
         let slot = self.slots.take();
-        let trial = {
-            let _alone = self.starting.lock().unwrap_or_else(PoisonError::into_inner);
-            self.stand.begin(faults)?
-        };
+        let trial = self.stand.begin(faults)?;
         let port = trial.emulator().port().map(Path::to_owned).unwrap_or_default();
         let tcp =
             trial.emulator().tcp_addr().map(|address| address.to_string()).unwrap_or_default();
@@ -293,10 +285,7 @@ impl Runs<'_> {
     #[cfg(unix)]
     fn wait(&self, command: &mut Command, slot: Slot<'_>) -> io::Result<Exit> {
         self.guard.mark(command);
-        let mut child = {
-            let _alone = self.starting.lock().unwrap_or_else(PoisonError::into_inner);
-            command.process_group(0).spawn()?
-        };
+        let mut child = command.process_group(0).spawn()?;
         let group = Pid::from_child(&child);
         self.guard.begins(group);
         let (ended, ends) = channel();

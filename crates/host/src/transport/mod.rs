@@ -18,6 +18,8 @@ mod serial;
 #[cfg(all(unix, feature = "pty"))]
 mod link;
 #[cfg(all(unix, feature = "pty"))]
+mod near;
+#[cfg(all(unix, feature = "pty"))]
 mod pty;
 #[cfg(all(unix, feature = "pty"))]
 mod terminal;

@@ -3,17 +3,14 @@
 use std::collections::VecDeque;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 
 use rustix::fs::{Mode, OFlags, open};
-use serialport::{SerialPort, TTYPort};
 use thiserror::Error;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio_serial::SerialStream;
 
+use super::near::Near;
 use super::outbox::Outbox;
 use super::terminal::LineSettings;
 use super::watch::{Seen, Watch};
@@ -45,7 +42,7 @@ const VISITS: u64 = 16;
 pub struct Pty {
     label: Arc<str>,
     path: PathBuf,
-    near: SerialStream,
+    near: Near,
     outbox: Outbox,
     watch: Watch,
     seen: Seen,
@@ -71,7 +68,7 @@ pub struct Pty {
 pub enum PtyError {
     /// The system gives out no pair.
     #[error("cannot make a pseudo-terminal: {0}; is /dev/pts mounted?")]
-    Pair(#[from] serialport::Error),
+    Pair(#[source] io::Error),
     /// The client's end cannot be set up or watched.
     #[error("cannot set up the pseudo-terminal {path}: {source}", path = .path.display())]
     SetUp {
@@ -86,19 +83,14 @@ impl Pty {
     /// Makes a pseudo-terminal in raw mode at this speed. It must be called within a tokio
     /// runtime.
     pub fn open(baud: u32) -> Result<Pty, PtyError> {
-        // `SerialStream::pair` in its parts: a copy of the near end that is closed on exec is
-        // what a program started by a test must not inherit.
-        let (near, far) = TTYPort::pair()?;
-        let path = PathBuf::from(far.name().unwrap_or_default());
+        let (near, path) = Near::open().map_err(PtyError::Pair)?;
         let failed = |source| PtyError::SetUp { path: path.clone(), source };
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let kept = open(&path, flags, Mode::empty()).map_err(|e| failed(e.into()))?;
-        let near = near.try_clone_native()?;
-        drop(far);
         let watch = Watch::new(kept, &path, baud).map_err(failed)?;
         Ok(Pty {
             label: Arc::from("pty"),
-            near: SerialStream::try_from(near)?,
+            near,
             outbox: Outbox::default(),
             watch,
             seen: Seen::default(),
@@ -205,11 +197,7 @@ impl Pty {
                 read => return Poll::Ready(read),
             }
         }
-        let mut read = ReadBuf::new(buffer);
-        match Pin::new(&mut self.near).poll_read(cx, &mut read) {
-            Poll::Pending => Poll::Pending,
-            Poll::Ready(done) => Poll::Ready(done.map(|()| read.filled().len())),
-        }
+        self.near.poll_read(cx, buffer)
     }
 }
 
@@ -275,7 +263,7 @@ impl Transport for Pty {
         while !self.outbox.is_empty() {
             self.look();
             let Pty { near, outbox, watch, seen, .. } = self;
-            let mut write = |bytes: &[u8]| match Pin::new(&mut *near).poll_write(cx, bytes) {
+            let mut write = |bytes: &[u8]| match near.poll_write(cx, bytes) {
                 Poll::Ready(written) => written,
                 Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
             };
