@@ -13,7 +13,7 @@ use rustix::process::Signal;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, root, tcp, until, vimc4};
+use process::{Process, VIMC4, ask, connect, root, shell, shown, tcp, until, vimc4};
 
 const MANUAL: &str = include_str!("../../docs/coverage.md");
 
@@ -40,21 +40,12 @@ fn the_manual_shows_what_is_printed() {
         let file = Path::new("examples").join(name);
         fs::copy(root().join(&file), folder.path().join(&file)).unwrap();
     }
-    let path =
-        format!("{}:{}", folder.path().join("bin").display(), std::env::var("PATH").unwrap());
-    let mut shown = 0;
-    for block in MANUAL.split("```console\n").skip(1) {
-        let block = block.split("```").next().unwrap();
-        for example in format!("\n{block}").split("\n$ ").skip(1) {
-            let (line, expected) = example.split_once('\n').unwrap_or((example, ""));
-            let mut shell = Command::new("sh");
-            shell.args(["-c", line]).current_dir(folder.path()).env("PATH", &path);
-            let said = text(&shell.output().unwrap());
-            assert_eq!(said.trim_end(), expected.trim_end(), "docs/coverage.md: {line}");
-            shown += 1;
-        }
+    let shown = shown(MANUAL);
+    for (line, expected) in &shown {
+        let said = text(&shell(folder.path(), line));
+        assert_eq!(said.trim_end(), expected.trim_end(), "docs/coverage.md: {line}");
     }
-    assert!(shown >= 9, "{shown}");
+    assert!(shown.len() >= 9, "{shown:?}");
 }
 
 const SERVED: [&str; 6] = ["--pty", "none", "--time", "instant", "--coverage", "coverage.json"];

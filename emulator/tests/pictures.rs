@@ -6,14 +6,13 @@
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
-use std::process::Command;
 
 use tempfile::TempDir;
 
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{VIMC4, root, run, said};
+use process::{VIMC4, root, said, shell, shown};
 
 const MANUAL: &str = include_str!("../../docs/pictures.md");
 
@@ -35,6 +34,11 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).unwrap()
 }
 
+/// Runs `vimc4` with these words behind it.
+fn run(folder: &Path, line: &str) -> (i32, String, String) {
+    process::run(folder, &line.split(' ').collect::<Vec<_>>())
+}
+
 /// The lines of an SVG of a class.
 fn drawn<'s>(svg: &'s str, class: &str) -> Vec<&'s str> {
     let class = format!("class=\"{class}\"");
@@ -44,18 +48,10 @@ fn drawn<'s>(svg: &'s str, class: &str) -> Vec<&'s str> {
 #[test]
 fn the_pictures_of_the_manual_are_what_is_drawn() {
     let folder = bench();
-    let path = std::env::var("PATH").unwrap();
-    let path = format!("{}:{path}", folder.path().join("bin").display());
-    for block in MANUAL.split("```console\n").skip(1) {
-        let block = block.split("```").next().unwrap();
-        for example in format!("\n{block}").split("\n$ ").skip(1) {
-            let (line, expected) = example.split_once('\n').unwrap_or((example, ""));
-            let mut shell = Command::new("sh");
-            shell.args(["-c", line]).current_dir(folder.path()).env("PATH", &path);
-            let (code, out, err) = said(shell.output().unwrap());
-            assert_eq!((code, err.as_str()), (0, ""), "{line}");
-            assert_eq!(out.trim_end(), expected.trim_end(), "{line}");
-        }
+    for (line, expected) in shown(MANUAL) {
+        let (code, out, err) = said(shell(folder.path(), line));
+        assert_eq!((code, err.as_str()), (0, ""), "{line}");
+        assert_eq!(out.trim_end(), expected.trim_end(), "{line}");
     }
     for name in ["plate.svg", "drill.svg", "board.svg"] {
         assert!(MANUAL.contains(&format!("]({name})")), "{name} is not shown");
@@ -72,8 +68,8 @@ fn a_job_shows_its_rapids_and_tools() {
     let job = "IMF_PBL_V1.0\nREF XYZ\nVEL 8000\nFASTVEL 20000\nFASTABS X20000 Y30000 Z-5000\n\
                MOVEREL X9000\nGETTOOL 7\nCWABS I33000 J30000\nFASTABS X0\nPROGEND\n";
     written(folder.path(), "job.ncp", job);
-    let line = ["ncp", "run", "job.ncp", "--machine", "mill", "--yes", "--plot", "job.svg"];
-    let (code, ..) = run(folder.path(), &line);
+    let line = "ncp run job.ncp --machine mill --yes --plot job.svg";
+    let (code, ..) = run(folder.path(), line);
     assert_eq!(code, 0);
     let svg = read(folder.path(), "job.svg");
     for class in ["reference", "rapid", "feed", "arc", "envelope"] {
@@ -88,8 +84,8 @@ fn a_job_shows_its_rapids_and_tools() {
 fn stops_errors_and_limits_are_where_they_happened() {
     let folder = bench();
     written(folder.path(), "far.txt", "@07\n@0R7\n@0A40000,4000,0,900,0,900,0,900\n");
-    let line = ["run", "far.txt", "--machine", "mill", "--plot", "far.svg"];
-    let (code, ..) = run(folder.path(), &line);
+    let line = "run far.txt --machine mill --plot far.svg";
+    let (code, ..) = run(folder.path(), line);
     assert_eq!(code, 1);
     let svg = read(folder.path(), "far.svg");
     let limit = drawn(&svg, "mark limit");
@@ -98,15 +94,14 @@ fn stops_errors_and_limits_are_where_they_happened() {
     assert!(drawn(&svg, "mark error").is_empty(), "one thing is one sign");
 
     written(folder.path(), "stop.txt", "@07\n@0A8000,1000,0,900,0,900,0,900\n");
-    let line =
-        ["run", "stop.txt", "--press", "stop@2s", "--plot", "stop.svg", "--plot-view", "top"];
-    run(folder.path(), &line);
+    let line = "run stop.txt --press stop@2s --plot stop.svg --plot-view top";
+    run(folder.path(), line);
     let stop = read(folder.path(), "stop.svg");
     let stop = drawn(&stop, "mark stop");
     assert!(stop.len() == 1 && stop[0].contains("stopped at 2."), "{stop:?}");
 
     written(folder.path(), "typo.txt", "@07\n@0A800,1000,0,900,0,900,0,900\n@0A1,1\n");
-    run(folder.path(), &["run", "typo.txt", "--plot", "typo.svg"]);
+    run(folder.path(), "run typo.txt --plot typo.svg");
     let error = read(folder.path(), "typo.svg");
     assert_eq!(drawn(&error, "mark error").len(), 1);
 }
@@ -114,18 +109,9 @@ fn stops_errors_and_limits_are_where_they_happened() {
 #[test]
 fn a_recording_draws_the_same_path() {
     let folder = bench();
-    let line = [
-        "run",
-        "examples/commands.txt",
-        "--machine",
-        "mill",
-        "--record",
-        "drill.jsonl",
-        "--plot",
-        "one.svg",
-    ];
-    assert_eq!(run(folder.path(), &line).0, 0);
-    assert_eq!(run(folder.path(), &["replay", "drill.jsonl", "--plot", "other.svg"]).0, 0);
+    let line = "run examples/commands.txt --machine mill --record drill.jsonl --plot one.svg";
+    assert_eq!(run(folder.path(), line).0, 0);
+    assert_eq!(run(folder.path(), "replay drill.jsonl --plot other.svg").0, 0);
     let [one, other] = ["one.svg", "other.svg"].map(|name| read(folder.path(), name));
     assert_eq!(one.replace("commands.txt", "drill.jsonl"), other);
 }
@@ -133,18 +119,8 @@ fn a_recording_draws_the_same_path() {
 #[test]
 fn a_circle_is_drawn_around_its_centre() {
     let folder = bench();
-    let line = [
-        "circle",
-        "--radius",
-        "12.5",
-        "--steps-per-mm",
-        "80",
-        "--plane",
-        "xz",
-        "--plot",
-        "circle.svg",
-    ];
-    let (code, out, _) = run(folder.path(), &line);
+    let line = "circle --radius 12.5 --steps-per-mm 80 --plane xz --plot circle.svg";
+    let (code, out, _) = run(folder.path(), line);
     assert_eq!((code, out.lines().count()), (0, 3));
     let svg = read(folder.path(), "circle.svg");
     assert_eq!(drawn(&svg, "arc").len(), 2, "from the front and isometric");
@@ -156,20 +132,9 @@ fn a_circle_is_drawn_around_its_centre() {
 #[test]
 fn the_path_goes_to_other_programs() {
     let folder = bench();
-    let line = [
-        "run",
-        "examples/commands.txt",
-        "--machine",
-        "mill",
-        "--as",
-        "gcode",
-        "drill.nc",
-        "--as",
-        "dxf",
-        "drill.dxf",
-        "--json",
-    ];
-    assert_eq!(run(folder.path(), &line).0, 0);
+    let line =
+        "run examples/commands.txt --machine mill --as gcode drill.nc --as dxf drill.dxf --json";
+    assert_eq!(run(folder.path(), line).0, 0);
     let code = read(folder.path(), "drill.nc");
     // Down and up again, and the way is relative: 800 steps of 80 to a mm.
     let end: Vec<&str> = code.lines().rev().take(5).collect();
@@ -186,15 +151,14 @@ fn the_path_goes_to_other_programs() {
 fn what_is_wrong_is_said_before_anything_is_done() {
     let folder = bench();
     for (line, text) in [
-        (&["--plot", "out.pdf"][..], "use .svg or .png"),
-        (&["--plot", "nowhere/out.svg"], "cannot write nowhere/out.svg"),
-        (&["--as", "step", "out.step"], "--as step: this is not a format"),
-        (&["--as", "gcode", "nowhere/out.nc"], "cannot write nowhere/out.nc"),
-        (&["--plot-view", "top"], "--plot <OUT>"),
-        (&["--plot", "a.svg", "--plot-view", "below"], "top, front, side, iso, time"),
+        ("--plot out.pdf", "use .svg or .png"),
+        ("--plot nowhere/out.svg", "cannot write nowhere/out.svg"),
+        ("--as step out.step", "--as step: this is not a format"),
+        ("--as gcode nowhere/out.nc", "cannot write nowhere/out.nc"),
+        ("--plot-view top", "--plot <OUT>"),
+        ("--plot a.svg --plot-view below", "top, front, side, iso, time"),
     ] {
-        let line = [&["run", "examples/commands.txt"], line].concat();
-        let (code, out, err) = run(folder.path(), &line);
+        let (code, out, err) = run(folder.path(), &format!("run examples/commands.txt {line}"));
         assert_eq!((code, out.as_str()), (2, ""), "{line:?}");
         assert!(err.contains(text), "{line:?}: {err}");
     }

@@ -17,7 +17,7 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, ask, connect, root, run, tcp};
+use process::{Process, ask, connect, root, run, shell, shown, tcp};
 
 const MANUAL: &str = include_str!("../../docs/waves.md");
 
@@ -244,22 +244,13 @@ fn the_manual_shows_what_is_printed() {
     let bin = folder.path().join("bin");
     fs::create_dir(&bin).unwrap();
     std::os::unix::fs::symlink(process::VIMC4, bin.join("vimc4")).unwrap();
-    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
-    let mut shown = 0;
-    for block in MANUAL.split("```console\n").skip(1) {
-        let block = block.split("```").next().unwrap();
-        for example in format!("\n{block}").split("\n$ ").skip(1) {
-            let (line, expected) = example.split_once('\n').unwrap_or((example, ""));
-            let mut shell = Command::new("sh");
-            shell.args(["-c", line]).current_dir(folder.path()).env("PATH", &path);
-            let output = shell.output().unwrap();
-            let said = [output.stdout, output.stderr].concat();
-            let said = String::from_utf8(said).unwrap();
-            assert_eq!(said.trim_end(), expected.trim_end(), "docs/waves.md: {line}");
-            shown += 1;
-        }
+    let shown = shown(MANUAL);
+    for (line, expected) in &shown {
+        let output = shell(folder.path(), line);
+        let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert_eq!(said.trim_end(), expected.trim_end(), "docs/waves.md: {line}");
     }
-    assert!(shown >= 4, "{shown}");
+    assert!(shown.len() >= 4, "{shown:?}");
 }
 
 fn main() -> ExitCode {

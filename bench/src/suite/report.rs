@@ -6,6 +6,8 @@ use std::path::Path;
 
 use super::failure::{Doing, Failure, Outcome};
 use super::machine::Machine;
+use super::numbers::{rate, times};
+use super::stats::Pair;
 
 /// The page that carries the report, from the folder of this package.
 const PAGE: &str = "../docs/performance.md";
@@ -33,6 +35,14 @@ impl Figure {
             target: String::new(),
             met: None,
         }
+    }
+
+    /// Rates that are compared; ours should be at least so many times the baseline.
+    pub(crate) fn rates(what: impl Into<String>, rates: Pair<f64>, least: f64) -> Figure {
+        let ratio = rates.ratio();
+        Figure::new(what, format!("{}, {}", rate(rates.ours), times(ratio)))
+            .baseline(rate(rates.baseline))
+            .target(format!("≥ {least} ×"), ratio >= least)
     }
 
     /// The same of the baseline.

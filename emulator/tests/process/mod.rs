@@ -39,6 +39,21 @@ pub(crate) fn said(output: Output) -> (i32, String, String) {
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
 
+/// What a page shows: each command line, and what it prints.
+pub(crate) fn shown(page: &str) -> Vec<(&str, &str)> {
+    let blocks = page.split("```console\n").skip(1);
+    let shown = blocks.map(|block| block.split("```").next().unwrap());
+    // The first line of a block is a command line.
+    let examples = shown.flat_map(|block| block.strip_prefix("$ ").unwrap().split("\n$ "));
+    examples.map(|example| example.split_once('\n').unwrap_or((example, ""))).collect()
+}
+
+/// Runs a command line in a folder, where `vimc4` is in `bin`.
+pub(crate) fn shell(folder: &Path, line: &str) -> Output {
+    let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
+    Command::new("sh").args(["-c", line]).current_dir(folder).env("PATH", &path).output().unwrap()
+}
+
 /// Waits until this holds.
 pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) {
     let begun = Instant::now();

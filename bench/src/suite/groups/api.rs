@@ -12,7 +12,6 @@ use vimc4_api::{Place, Server};
 
 use crate::suite::Bench;
 use crate::suite::failure::{Doing, Failure, Outcome};
-use crate::suite::numbers::{rate, times};
 use crate::suite::port::{ISEL, Wire};
 use crate::suite::report::{Figure, Section};
 use crate::suite::stats::{ROUNDS, alternate};
@@ -53,15 +52,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
             over.store(true, Ordering::Relaxed);
             rates
         })?;
-        let ratio = rates.ratio();
-        section.add(
-            Figure::new(
-                format!("round trips over TCP, {what}"),
-                format!("{}, {}", rate(rates.ours), times(ratio)),
-            )
-            .baseline(rate(rates.baseline))
-            .target(format!("≥ {LEAST} ×"), ratio >= LEAST),
-        );
+        section.add(Figure::rates(format!("round trips over TCP, {what}"), rates, LEAST));
     }
     section.note(
         "Controllers, API and clients are in the measuring process and share its cores; the clients go on \

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::suite::Bench;
 use crate::suite::crowd::Crowd;
 use crate::suite::failure::Outcome;
-use crate::suite::numbers::{nanos, rate, times};
+use crate::suite::numbers::nanos;
 use crate::suite::port::{ECHO, ISEL, LPKF, QUESTION, Question};
 use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
@@ -100,15 +100,7 @@ fn compare(
             || spent.ours.during(&servers.ours, || ping(&servers.ours, ours_asked)),
         )
     })?;
-    let ratio = rates.ratio();
-    section.add(
-        Figure::new(
-            format!("round trips, {what}"),
-            format!("{}, {}", rate(rates.ours), times(ratio)),
-        )
-        .baseline(rate(rates.baseline))
-        .target(format!("≥ {least} ×"), ratio >= least),
-    );
+    section.add(Figure::rates(format!("round trips, {what}"), rates, least));
     section.add(
         Figure::new("… processor time for each", nanos(spent.ours.nanos_each()))
             .baseline(nanos(spent.baseline.nanos_each())),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::suite::Bench;
 use crate::suite::failure::Outcome;
-use crate::suite::numbers::{nanos, rate, times};
+use crate::suite::numbers::nanos;
 use crate::suite::port::{ANSWER, ISEL, QUESTION, Wire};
 use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
@@ -53,15 +53,7 @@ fn recorded(
         .cores
         .client
         .run(|| alternate(TURNS, || ping(&servers.baseline), || ping(&servers.ours)))?;
-    let ratio = rates.ratio();
-    section.add(
-        Figure::new(
-            format!("round trips over {line}, recorded"),
-            format!("{}, {}", rate(rates.ours), times(ratio)),
-        )
-        .baseline(rate(rates.baseline))
-        .target(format!("≥ {LEAST} ×"), ratio >= LEAST),
-    );
+    section.add(Figure::rates(format!("round trips over {line}, recorded"), rates, LEAST));
     Ok(())
 }
 

@@ -7,7 +7,6 @@ use vimc4::{Emulator, Watched};
 
 use crate::suite::Bench;
 use crate::suite::failure::{Doing, Failure, Outcome};
-use crate::suite::numbers::{rate, times};
 use crate::suite::port::{ISEL, Wire};
 use crate::suite::report::{Figure, Section};
 use crate::suite::stats::{ROUNDS, alternate};
@@ -33,15 +32,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         let (mut without, mut with) = (connect(&plain)?, connect(&kept)?);
         let rates = alternate(TURNS, || without.ping(ISEL, span), || with.ping(ISEL, span))?;
         watched.into_iter().for_each(Watched::give_up);
-        let ratio = rates.ratio();
-        section.add(
-            Figure::new(
-                format!("round trips over TCP, {what}"),
-                format!("{}, {}", rate(rates.ours), times(ratio)),
-            )
-            .baseline(rate(rates.baseline))
-            .target(format!("≥ {LEAST} ×"), ratio >= LEAST),
-        );
+        section.add(Figure::rates(format!("round trips over TCP, {what}"), rates, LEAST));
     }
     section.note(
         "The controllers are in the measuring process, each in a thread of its own. Without \
