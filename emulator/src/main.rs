@@ -9,6 +9,8 @@ mod completions;
 mod conform;
 mod console;
 mod coverage;
+#[cfg(feature = "api")]
+mod ctl;
 mod dap;
 mod deferred;
 mod doctor;
@@ -75,6 +77,9 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 enum Tool {
     #[command(about = "Run controllers behind pseudo-terminals, TCP and real serial ports")]
     Serve(Deferred<serve::Arguments>),
+    #[cfg(feature = "api")]
+    #[command(about = "See and steer controllers that are served elsewhere")]
+    Ctl(Deferred<ctl::Arguments>),
     #[command(about = "Run a program that needs modem lines on a controller's pseudo-terminal")]
     Lines(Deferred<lines::Arguments>),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
@@ -136,6 +141,8 @@ fn main() -> ExitCode {
         Tool::Serve(Deferred(arguments)) => {
             return serve::run(arguments).unwrap_or_else(Failure::report);
         }
+        #[cfg(feature = "api")]
+        Tool::Ctl(Deferred(arguments)) => ctl::run(&arguments),
         Tool::Lines(Deferred(arguments)) => {
             return lines::run(arguments).unwrap_or_else(Failure::report);
         }

@@ -18,13 +18,14 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 20] = [
+const PAGES: [(&str, &str); 21] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
     ("docs/connect.md", include_str!("../../docs/connect.md")),
     ("docs/coverage.md", include_str!("../../docs/coverage.md")),
+    ("docs/ctl.md", include_str!("../../docs/ctl.md")),
     ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
@@ -56,6 +57,8 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "socat ", "emulator/tests/connect"),
     ("docs/api.md", "curl ", "emulator/tests/api.rs"),
     ("docs/api.md", "vimc4 serve --http 0.0.0.0:8080", "emulator/tests/api.rs"),
+    ("", "vimc4 ctl", "emulator/tests/ctl.rs"),
+    ("docs/ctl.md", "export ", "emulator/tests/ctl.rs"),
     ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),
     ("", "vimc4 lines --serve -- python3 examples/tour.py", "waits for STOP; a test below"),
     ("docs/connect.md", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),

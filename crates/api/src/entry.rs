@@ -12,7 +12,7 @@ use vimc4::{
 use crate::feed::Item;
 
 /// Every kind of entry, and what it tells.
-pub(crate) const KINDS: [(&str, &str); 17] = [
+pub const KINDS: [(&str, &str); 17] = [
     ("command", "a command is being executed: mnemonic, bytes"),
     ("ignored", "something came that is ignored silently: bytes, why"),
     ("line", "a line of the stored program is being executed: line, mnemonic"),

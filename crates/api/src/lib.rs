@@ -45,5 +45,6 @@ mod server;
 mod table;
 
 pub use debugger::{Cancel, Debugging, Open};
+pub use entry::KINDS;
 pub use guard::Token;
 pub use server::{Place, Server, ServerError};

@@ -1,0 +1,180 @@
+//! `vimc4 ctl`: a client of the control API, with the orders of standard input.
+
+pub(crate) mod client;
+pub(crate) mod complete;
+mod view;
+mod watch;
+mod words;
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use vimc4_device::{Time, unescape};
+
+use crate::failure::Failure;
+use crate::output;
+use crate::text;
+use client::{Client, Trouble, part};
+use watch::Wanted;
+use words::WORDS;
+
+#[derive(clap::Args)]
+#[command(
+    long_about = words::about(),
+    after_long_help = "\
+Examples:
+  vimc4 ctl --url http://127.0.0.1:8080 view
+  vimc4 ctl --url http://127.0.0.1:8080 press stop
+  vimc4 ctl --url http://127.0.0.1:8080 'run until x > 2500'
+  vimc4 ctl --url http://127.0.0.1:8080 watch --after 0 --kinds command,answer --count 2
+
+Exit codes: 0 done, 1 the controller cannot do that, or not now, or the server has gone, 2 wrong usage, or
+no server: nothing was done."
+)]
+pub(crate) struct Arguments {
+    /// An order, or another word with what follows it
+    #[arg(value_name = "ORDER", required = true, allow_negative_numbers = true, add = complete::orders())]
+    words: Vec<String>,
+    /// Where the API listens; by default the environment variable VIMC4_URL
+    #[arg(long, value_name = "URL", add = crate::completions::words(&["http://127.0.0.1:8080"]))]
+    url: Option<String>,
+    /// The file with the token, where one is needed; by default the environment variable VIMC4_TOKEN
+    #[arg(long, value_name = "FILE")]
+    token: Option<PathBuf>,
+    /// Which of several controllers, by its number from 1
+    #[arg(long, value_name = "NUMBER", add = complete::controllers())]
+    controller: Option<usize>,
+    /// Print what the API answers, as a line of JSON; problems, too
+    #[arg(long)]
+    json: bool,
+    /// `watch`: only entries of these kinds, which docs/api.md leads to
+    #[arg(long, value_name = "KIND", value_delimiter = ',', add = complete::kinds())]
+    kinds: Vec<String>,
+    /// `watch`: begin behind the entry of this number, 0 for the oldest that is kept, and not now
+    #[arg(long, value_name = "NUMBER")]
+    after: Option<u64>,
+    /// `watch`: end after so many entries
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let line = arguments.words.join(" ");
+    let (word, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
+    let rest = rest.trim();
+    if word != "watch"
+        && (!arguments.kinds.is_empty() || arguments.after.is_some() || arguments.count.is_some())
+    {
+        return Err(Failure::usage("--kinds, --after and --count are for `watch`; leave them out"));
+    }
+    let client = Client::at(arguments.url.as_deref(), arguments.token.as_deref())?;
+    let known = WORDS.iter().find(|known| known.name == word);
+    if let Some(known) = known
+        && !rest.is_empty()
+        && known.forms.iter().all(|(form, _)| form.is_empty())
+    {
+        return Err(Failure::usage(format!(
+            "`{rest}` means nothing behind `{word}`; leave it out"
+        )));
+    }
+    if word == "watch" {
+        let (kinds, after, count) = (&arguments.kinds, arguments.after, arguments.count);
+        let (controller, is_json) = (arguments.controller, arguments.json);
+        return watch::watch(&client, &Wanted { controller, kinds, after, count, is_json });
+    }
+    let answered = ask(&client, arguments.controller, word, rest, line.trim());
+    match (answered, arguments.json) {
+        (Ok((document, _)), true) => output::print(&format!("{document}\n")),
+        (Ok((_, said)), false) if said.is_empty() => Ok(()),
+        (Ok((_, said)), false) => output::print(&format!("{}\n", text::shown(&said))),
+        (Err(trouble), is_json) => {
+            if let (Trouble::Refused(problem), true) = (&trouble, is_json) {
+                output::print(&format!("{problem}\n"))?;
+            }
+            Err(trouble.into())
+        }
+    }
+}
+
+/// Asks, and returns what is answered and how that is told to people.
+fn ask(
+    client: &Client,
+    controller: Option<usize>,
+    word: &str,
+    rest: &str,
+    line: &str,
+) -> Result<(Value, String), Trouble> {
+    if word == "controllers" {
+        let all = client.get("/controllers", &[])?;
+        let lines = all.as_array().into_iter().flatten().map(listed);
+        let said = lines.collect::<Vec<_>>().join("\n");
+        return Ok((all, said));
+    }
+    let number = client.controller(controller)?;
+    let path = |rest: &str| format!("/controllers/{number}{rest}");
+    Ok(match (word, rest) {
+        ("view", _) => {
+            let view = client.get(&path("/view"), &[])?;
+            let signals = client.get(&path("/signals"), &[])?;
+            let said = view::told(&view, &signals);
+            (view, said)
+        }
+        ("send", typed) => {
+            let bytes = unescape(typed).map_err(|wrong| {
+                Trouble::Other(format!(
+                    "`{wrong}` stands for nothing; write \\r, \\n, \\t, \\\\ or \\xFD"
+                ))
+            })?;
+            let send: String = bytes.into_iter().map(char::from).collect();
+            (client.post(&path("/line"), json!({ "send": send }))?, String::new())
+        }
+        ("clock", "") => {
+            let clock = client.get(&path("/clock"), &[])?;
+            let said = clock_told(&clock);
+            (clock, said)
+        }
+        ("clock", deed @ ("pause" | "resume" | "step")) => {
+            let now = client.post(&path(&format!("/clock/{deed}")), Value::Null)?;
+            let what = if deed == "step" { part(&now, "step") } else { "now" };
+            let said = format!("{what} {}", time(&now["now"]));
+            (now, said)
+        }
+        ("clock", speed) => {
+            let clock = client.put(&path("/clock"), json!({ "clock": speed }))?;
+            let said = clock_told(&clock);
+            (clock, said)
+        }
+        _ => {
+            let answer = client.post(&path("/orders"), json!({ "order": line }))?;
+            let said = part(&answer, "text");
+            let said = match line {
+                "help" => format!("{}{said}", words::listed()),
+                _ => said.to_owned(),
+            };
+            (answer, said)
+        }
+    })
+}
+
+/// A controller, as one line.
+fn listed(one: &Value) -> String {
+    let places = ["pty", "tcp", "rfc2217", "serial"]
+        .into_iter()
+        .filter_map(|place| one[place].as_str().map(|there| format!(", {place} {there}")));
+    let places: String = places.collect();
+    format!("{}: {} on {}{places}", one["number"], part(one, "model"), part(one, "machine"))
+}
+
+/// A time of a document, in words.
+fn time(nanoseconds: &Value) -> String {
+    nanoseconds.as_u64().map_or_else(String::new, |at| Time::from_nanos(at).to_string())
+}
+
+fn clock_told(clock: &Value) -> String {
+    let paused = match &clock["paused"] {
+        Value::Null => String::new(),
+        pause if pause["by"].is_null() => ", paused at a breakpoint".to_owned(),
+        pause => format!(", paused by {}", part(pause, "by")),
+    };
+    format!("{}, clock {}{paused}", time(&clock["now"]), part(clock, "clock"))
+}

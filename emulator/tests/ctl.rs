@@ -1,0 +1,186 @@
+//! `vimc4 ctl` against a `vimc4 serve` that runs.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, VIMC4, said, vimc4};
+
+const PAGE: &str = include_str!("../../docs/ctl.md");
+
+/// Where the page says that it listens.
+const THERE: &str = "http://127.0.0.1:8080";
+
+/// A server, and where it listens.
+fn serve(folder: &Path, arguments: &[&str]) -> (Process, String) {
+    let given = ["--machine", "mill", "--pty", "none", "--tcp", "none"];
+    let given: Vec<&str> = given.iter().chain(arguments).copied().collect();
+    let (serve, ready) = Process::serve(folder, &given);
+    (serve, ready["http"].as_str().unwrap().to_owned())
+}
+
+/// What a command line of `ctl` ends with, prints and says.
+fn ctl(folder: &Path, url: &str, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = vimc4(folder, &["ctl"]);
+    said(command.args(arguments).env("VIMC4_URL", url).env_remove("VIMC4_TOKEN").output().unwrap())
+}
+
+/// What it says is wrong, with its remedy.
+fn wrong(outcome: (i32, String, String)) -> (i32, String) {
+    assert_eq!(outcome.1, "");
+    let said: Vec<&str> =
+        outcome.2.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    (outcome.0, said.join(" | "))
+}
+
+/// What a shell offers behind these words.
+fn offered(folder: &Path, url: &str, words: &[&str]) -> String {
+    let mut command = vimc4(folder, &["--", "vimc4", "ctl"]);
+    command.args(words).env("VIMC4_COMPLETE", "bash").env("_CLAP_IFS", " ").env("VIMC4_URL", url);
+    let place = (words.len() + 1).to_string();
+    let (code, offered, wrong) = said(command.env("_CLAP_COMPLETE_INDEX", place).output().unwrap());
+    assert_eq!((code, wrong.as_str()), (0, ""));
+    offered
+}
+
+#[test]
+fn the_page_says_what_is_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_serve, url) = serve(folder.path(), &["--time", "manual", "--web"]);
+    let block =
+        PAGE.split("```console\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let mut count = 0;
+    for part in block.split("$ ").skip(1) {
+        let (line, shown) = part.split_once('\n').unwrap();
+        if line.starts_with("export ") {
+            assert!(line.ends_with(THERE));
+            continue;
+        }
+        let line = line.strip_prefix("vimc4").unwrap();
+        let command = format!("{VIMC4}{line} 2>&1");
+        let output =
+            Command::new("sh").args(["-c", &command]).env("VIMC4_URL", &url).output().unwrap();
+        let printed = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(printed.trim_end(), shown.trim_end(), "vimc4{line}");
+        count += 1;
+    }
+    assert!(count >= 10, "only {count} command lines");
+}
+
+#[test]
+fn what_is_wrong_says_so_and_what_would_be_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (mut server, url) = serve(folder, &["--time", "manual", "--web", "--count", "2"]);
+    let try_it = |arguments: &[&str]| wrong(ctl(folder, &url, arguments));
+    for (arguments, code, right) in [
+        (vec!["position"], 2, "there are 2 controllers | help: give --controller, 1 to 2"),
+        (vec!["position", "--controller", "3"], 2, "there is no controller `3`"),
+        (
+            vec!["prss", "stop", "--controller", "1"],
+            2,
+            "did you mean press? type help for the list",
+        ),
+        (vec!["clock", "8x", "--controller", "1"], 1, "only a clock that runs by itself"),
+        (vec!["send", r"\q", "--controller", "1"], 2, r"`\q` stands for nothing"),
+        (vec!["view", "more"], 2, "`more` means nothing behind `view` | help: leave it out"),
+        (vec!["view", "--count", "1"], 2, "--kinds, --after and --count are for `watch`"),
+        (vec!["watch", "--kinds", "foo"], 2, "there is no kind of entry `foo`"),
+        (vec!["watch", "--controller", "7"], 2, "there is no controller `7`"),
+        (vec!["view", "--url", "https://localhost"], 2, "help: it is as in http://127.0.0.1:8080"),
+    ] {
+        let (ended, said) = try_it(&arguments);
+        assert!(ended == code && said.contains(right), "{arguments:?}: {ended} {said}");
+    }
+    // A problem is JSON, too, where that is wanted.
+    let (code, printed, _) = ctl(folder, &url, &["--json", "--controller", "2", "cover", "shut"]);
+    let problem: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((code, &problem["status"]), (2, &Value::from(422)));
+    assert_eq!(problem["remedy"], "it can be open or closed");
+    // What is paused does not go on by itself; the other one does not mind.
+    assert_eq!(ctl(folder, &url, &["--controller", "2", "clock", "pause"]).0, 0);
+    let (code, said) = try_it(&["--controller", "2", "advance", "1s"]);
+    assert!(code == 1 && said.contains("time is paused"), "{code} {said}");
+    let advanced = ctl(folder, &url, &["--controller", "1", "advance", "1s"]);
+    assert_eq!(advanced, (0, "now 1.000000000 s\n".to_owned(), String::new()));
+
+    assert_eq!(ctl(folder, &url, &["--controller", "1", "quit"]).0, 0);
+    assert_eq!(server.end().0, Some(0));
+    let (code, said) = try_it(&["view"]);
+    assert!(code == 2 && said.contains("is `vimc4 serve --http` running there?"), "{code} {said}");
+    let (code, said) = wrong(ctl(folder, "", &["view"]));
+    assert!(code == 2 && said.contains("give --url http://127.0.0.1:8080"), "{code} {said}");
+}
+
+#[test]
+fn a_token_is_in_a_file_or_the_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("token.txt"), "0123456789abcdef\n").unwrap();
+    let (_serve, url) = serve(folder, &["--web", "--http-token", "token.txt"]);
+    for arguments in [&["position"][..], &["watch", "--count", "1", "--after", "0"]] {
+        let (code, said) = wrong(ctl(folder, &url, arguments));
+        assert!(code == 2 && said.contains("the token is missing or wrong"), "{code} {said}");
+    }
+    let with =
+        |arguments: &[&str]| ctl(folder, &url, &[arguments, &["--token", "token.txt"]].concat());
+    assert_eq!(with(&["cover", "open"]), (0, "ok\n".to_owned(), String::new()));
+    let (code, seen, _) = with(&["watch", "--count", "1", "--after", "0"]);
+    assert!(code == 0 && seen.contains("the API: cover open"), "{seen}");
+    let mut command = vimc4(folder, &["ctl", "--url", &url, "position"]);
+    let (code, seen, _) = said(command.env("VIMC4_TOKEN", "0123456789abcdef").output().unwrap());
+    assert_eq!((code, seen.as_str()), (0, "X 0 Y 0 Z 0 A 0\n"));
+}
+
+#[test]
+fn watch_prints_what_happens_until_the_server_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (_serve, url) = serve(folder, &["--time", "manual", "--web", "--count", "2"]);
+    assert_eq!(ctl(folder, &url, &["--controller", "2", "send", r"@07\r"]).0, 0);
+    let mut command = vimc4(folder, &["ctl", "--url", &url, "--json", "watch", "--after", "0"]);
+    let mut watch = Process::start(command.args(["--kinds", "answer,command"]));
+    let mut next = || {
+        let entry: Value = serde_json::from_str(&watch.line()).unwrap();
+        (entry["controller"].as_u64(), entry["bytes"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(next(), (Some(2), "@07".to_owned()));
+    assert_eq!(next(), (Some(2), "0".to_owned()));
+    // It hears of what is still to come.
+    assert_eq!(ctl(folder, &url, &["--controller", "1", "send", r"@01\r"]).0, 0);
+    assert_eq!(next(), (Some(1), "@01".to_owned()));
+    assert_eq!(next(), (Some(1), "0".to_owned()));
+    assert_eq!(ctl(folder, &url, &["--controller", "1", "quit"]).0, 0);
+    assert_eq!(watch.end().0, Some(0));
+}
+
+#[test]
+fn a_shell_is_offered_what_the_server_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (_serve, url) = serve(folder, &["--time", "manual", "--web", "--count", "2"]);
+    let offers = |words: &[&str]| offered(folder, &url, words);
+    assert_eq!(offers(&["--controller", ""]), "1 2");
+    assert_eq!(offers(&["clock", "re"]), "resume");
+    assert_eq!(offers(&["vi"]), "view");
+    assert_eq!(offers(&["watch", "--kinds", "co"]), "command course");
+    for (words, some) in [
+        (vec!["--controller", "2", "press", ""], "estop"),
+        (vec!["--controller=2", "cover", ""], "closed"),
+        (vec!["--json", "--controller", "1", "set", "limit"], "limit"),
+        (vec!["--controller", "1", "run", ""], "until"),
+    ] {
+        let offered = offers(&words);
+        assert!(offered.split(' ').any(|word| word == some), "{words:?}: {offered}");
+    }
+    // Without a server there are the words that are always there.
+    let alone = offered(folder, "http://127.0.0.1:1", &["cl"]);
+    assert_eq!(alone, "clock");
+}
