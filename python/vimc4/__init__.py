@@ -43,6 +43,7 @@ from ._errors import (
     ProfileError,
     RecordingError,
     RecordingWarning,
+    Refused,
     ScenarioError,
     Unfinished,
     Unmet,
@@ -118,6 +119,8 @@ __all__ = [
     "Recording",
     "RecordingError",
     "RecordingWarning",
+    "Refused",
+    "Remote",
     "Reports",
     "RuleView",
     "Scenario",
@@ -133,6 +136,7 @@ __all__ = [
     "Worker",
     "World",
     "__version__",
+    "connect",
     "machine_profile",
     "machines",
     "model_profile",
@@ -142,6 +146,7 @@ __all__ = [
 
 if _TYPE_CHECKING:
     from ._aio import Aio
+    from ._remote import Remote, connect
     from ._sweep import Sweep, Swept, sweep
 
 
@@ -155,6 +160,10 @@ def __getattr__(name: str) -> object:
         from . import _sweep
 
         return getattr(_sweep, name)
+    if name in ("Remote", "connect"):
+        from . import _remote
+
+        return getattr(_remote, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

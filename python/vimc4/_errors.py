@@ -138,6 +138,34 @@ class Late(ControlError, TimeoutError):
     """What was waited for has not happened in so many seconds on the wall."""
 
 
+class Refused(Error):
+    """A server of controllers does not do what it was asked for: a problem document."""
+
+    title: str
+    """Which sort of problem it is, in words."""
+    kind: str
+    """The same for programs: ``not-understood``, ``not-now``, ``no-such-thing``, ``no-token``, …"""
+    detail: str
+    """What is wrong."""
+    remedy: str
+    """What would be right; empty if there is nothing to say."""
+    status: int
+    """The status of HTTP."""
+
+    def __init__(self, problem: dict[str, Any]) -> None:
+        super().__init__(problem)
+        # On a WebSocket the type of the message stands in its place.
+        kind = problem["kind"] if problem.get("type") == "problem" else problem.get("type", "")
+        self.kind = str(kind).rpartition("#")[2]
+        self.title = problem.get("title", "")
+        self.detail = problem.get("detail", "")
+        self.remedy = problem.get("remedy", "")
+        self.status = problem.get("status", 0)
+
+    def __str__(self) -> str:
+        return "; ".join(part for part in (self.detail or self.title, self.remedy) if part)
+
+
 class Endless(Error):
     """A controller in virtual time goes on and on, and is not at rest."""
 
