@@ -24,6 +24,7 @@ mod limits;
 mod lines;
 mod live;
 mod log;
+mod manual;
 mod ncp;
 mod opened;
 mod orders;
@@ -51,7 +52,7 @@ use failure::Failure;
 
 /// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
 #[derive(Parser)]
-#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true, after_long_help = EXAMPLES)]
+#[command(name = "vimc4", version = VERSION, long_version = LONG_VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Tool,
@@ -64,13 +65,24 @@ Examples:
   vimc4 ncp run examples/plate.ncp --machine mill
   vimc4 models
 
-`vimc4 COMMAND --help` says more of each, with examples and exit codes. The files in examples/ are in the
-folder that vimc4 was built from.
+`vimc4 COMMAND --help` says more of each, with examples and exit codes. The files in examples/ are beside the
+program in its archive, in /usr/share/doc/vimc4, or in the folder that it was built from.
 
 Exit codes: 0 all went well, 1 something is wrong with the input or the answers, 2 wrong usage: nothing
 was done. Some commands have more.";
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
+
+/// What a report of something wrong should name.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    " (commit ",
+    env!("VIMC4_COMMIT"),
+    ")\ntarget: ",
+    env!("VIMC4_TARGET"),
+    "\nfeatures: ",
+    env!("VIMC4_FEATURES")
+);
 
 // Not doc comments: those would replace the command's own long description.
 #[derive(Subcommand)]
@@ -124,6 +136,8 @@ enum Tool {
     Machines(Deferred<profiles::Arguments>),
     #[command(about = "Print completions for a shell")]
     Completions(Deferred<completions::Arguments>),
+    #[command(about = "Write the manual pages into a folder")]
+    Man(Deferred<manual::Arguments>),
 }
 
 fn main() -> ExitCode {
@@ -191,6 +205,7 @@ fn main() -> ExitCode {
         Tool::Models(Deferred(arguments)) => profiles::models(arguments),
         Tool::Machines(Deferred(arguments)) => profiles::machines(arguments),
         Tool::Completions(Deferred(arguments)) => completions::run(arguments),
+        Tool::Man(Deferred(arguments)) => manual::run(&arguments, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -224,6 +224,22 @@ fn the_help_of_every_command_has_examples_and_exit_codes() {
     }
 }
 
+#[test]
+fn every_command_has_a_manual_page() {
+    let bench = Bench::new();
+    let output = bench.run("vimc4 man man1", "");
+    assert!(output.status.success(), "{}", text(&output));
+    let pages = fs::read_dir(bench.path("man1")).unwrap().count();
+    assert_eq!(text(&output), format!("{pages} pages in man1"));
+    assert_eq!(pages, helps().len());
+    for (command, _) in helps() {
+        let page = bench.path(&format!("man1/{}.1", command.replace(' ', "-")));
+        let page = fs::read_to_string(&page).unwrap_or_else(|_| panic!("{command} has no page"));
+        assert!(page.contains("\nExit codes: "), "{command}: {page}");
+        assert!(!page.contains("target: "), "the page of {command} is of one system");
+    }
+}
+
 // --- command lines ---
 
 /// A folder with the examples, in which the shell finds this vimc4.

@@ -339,7 +339,12 @@ fn the_lists_and_the_version_are_printed() {
     assert!(text(&["machines"]).lines().any(|line| line.starts_with("bench ")));
     assert!(text(&["models", "show", "imc4"]).contains("name = \"imc4\""));
     assert!(text(&["machines", "show", "mill"]).contains("name = \"mill\""));
-    assert!(text(&["--version"]).starts_with("vimc4 0.1.0 (commit "));
+    let version = text(&["-V"]);
+    assert!(version.starts_with("vimc4 0.1.0 (commit ") && version.lines().count() == 1);
+    let features = if cfg!(feature = "api") { "api" } else { "none" };
+    let long = text(&["--version"]);
+    assert!(long.starts_with(&format!("{version}target: ")), "{long}");
+    assert!(long.ends_with(&format!("\nfeatures: {features}\n")), "{long}");
     assert!(text(&["completions", "bash"]).contains("complete"));
     assert_eq!(run(folder.path(), &["models", "show", "imc5"]).0, 2);
     // A profile of one's own is shown, too, if it is one.

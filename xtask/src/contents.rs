@@ -1,0 +1,59 @@
+//! What every package has beside the program: manual pages, completions, examples, licences.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::archive::Entry;
+use crate::tool::{self, Outcome, works};
+
+/// The shells, and the names that their files of completions have.
+const SHELLS: [(&str, &str); 4] =
+    [("bash", "vimc4"), ("zsh", "_vimc4"), ("fish", "vimc4.fish"), ("powershell", "vimc4.ps1")];
+
+/// Texts of the project that every package has.
+const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
+
+/// Files as they lie in an archive. The program itself writes its manual and completions: one of those
+/// that were built, or where none runs here one for this system.
+pub(crate) fn shared(
+    root: &Path,
+    programs: &[(&String, PathBuf)],
+    licences: String,
+) -> Outcome<Vec<Entry>> {
+    let runs = |path: &&PathBuf| works(Command::new(path).arg("--version"));
+    let program = match programs.iter().map(|(_, path)| path).find(runs) {
+        Some(path) => path.clone(),
+        None => {
+            let mut cargo = Command::new("cargo");
+            tool::run(cargo.current_dir(root).args(["build", "--package", "vimc4-emulator"]))?;
+            root.join("target/debug/vimc4")
+        }
+    };
+    let mut entries = vec![Entry::file("THIRD-PARTY.txt", licences)];
+    for name in TEXTS {
+        entries.push(Entry::file(name, read(&root.join(name))?));
+    }
+    let examples = tool::run(Command::new("git").current_dir(root).args(["ls-files", "examples"]))?;
+    for name in String::from_utf8_lossy(&examples).lines() {
+        entries.push(Entry::file(name, read(&root.join(name))?));
+    }
+    for (shell, name) in SHELLS {
+        let script = tool::run(Command::new(&program).args(["completions", shell]))?;
+        entries.push(Entry::file(format!("completions/{name}"), script));
+    }
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    tool::run(Command::new(&program).arg("man").arg(folder.path()))?;
+    let pages = fs::read_dir(folder.path()).map_err(|error| error.to_string())?;
+    for page in pages {
+        let page = page.map_err(|error| error.to_string())?;
+        let name = format!("man/{}", page.file_name().to_string_lossy());
+        entries.push(Entry::file(name, read(&page.path())?));
+    }
+    entries.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(entries)
+}
+
+fn read(path: &Path) -> Outcome<Vec<u8>> {
+    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+}

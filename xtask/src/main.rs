@@ -1,0 +1,112 @@
+//! `cargo xtask`: what a release hands out, and a try of it where nothing else is installed.
+#![forbid(unsafe_code)]
+
+mod archive;
+mod compile;
+mod contents;
+mod deb;
+mod foreign;
+mod room;
+mod tool;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use archive::Entry;
+use tool::Outcome;
+
+/// What is done around the program, and not by it.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+enum Task {
+    /// Build and pack what a release hands out: archives, a Debian package, a bill of materials, the
+    /// licences of others, checksums
+    #[command(after_long_help = "\
+Examples:
+  cargo xtask dist
+  cargo xtask dist --target aarch64-unknown-linux-musl --target x86_64-pc-windows-gnu
+
+What a target needs that is not there is said, with what installs it. The time of the files is that of
+the commit, or SOURCE_DATE_EPOCH.")]
+    Dist {
+        /// For which system, as rustc names it; once for each
+        #[arg(long = "target", default_value = "x86_64-unknown-linux-musl")]
+        targets: Vec<String>,
+        /// The profile to build with
+        #[arg(long, default_value = "dist")]
+        profile: String,
+        /// The folder for what is packed
+        #[arg(long, default_value = "target/packages")]
+        out: PathBuf,
+    },
+    /// Unpack packages where there is nothing else, start them there, and await the first answer
+    #[command(after_long_help = "\
+Examples:
+  cargo xtask try target/packages/*.tar.gz target/packages/*.deb
+
+It needs Linux with `unshare` and `mount`, and for a Debian package root and `dpkg`.")]
+    Try {
+        /// Archives (.tar.gz) and Debian packages (.deb) for this system
+        #[arg(required = true)]
+        packages: Vec<PathBuf>,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match Task::parse() {
+        Task::Dist { targets, profile, out } => dist(&targets, &profile, &out),
+        Task::Try { packages } => packages.iter().try_for_each(|package| room::visit(package)),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(what) => {
+            eprintln!("xtask: {what}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dist(targets: &[String], profile: &str, out: &Path) -> Outcome<()> {
+    let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let root = tool::root();
+    let mut programs = Vec::new();
+    for target in targets {
+        println!("building {target}");
+        programs.push((target, compile::program(&root, target, profile)?));
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let time = tool::time_of_release(&root)?;
+    let licences = foreign::Crates::of_the_program(&root, targets)?.licences()?;
+    let shared = contents::shared(&root, &programs, licences)?;
+    fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let put = |name: &str, bytes: Vec<u8>| {
+        println!("{:>11} bytes  {name}", bytes.len());
+        let path = out.join(name);
+        fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok::<String, String>(format!("{}  {name}\n", tool::sha256(&path)?))
+    };
+    let mut sums = String::new();
+    for (target, path) in &programs {
+        let program = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let name = format!("vimc4-{version}-{target}");
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let mut entries = vec![Entry::program(format!("{name}/{file}"), program.clone())];
+        entries.extend(shared.iter().map(|entry| entry.below(&name)));
+        sums += &match target.contains("windows") {
+            true => put(&format!("{name}.zip"), archive::zip(&entries)?)?,
+            false => put(&format!("{name}.tar.gz"), archive::tar_gz(&entries, time)?)?,
+        };
+        let crates = foreign::Crates::of_the_program(&root, std::slice::from_ref(*target))?;
+        sums += &put(&format!("{name}.cdx.json"), crates.bill_of_materials(version))?;
+        if let Some(architecture) = deb::architecture(target) {
+            let package = deb::package(&root, version, architecture, program, &shared, time)?;
+            sums += &put(&format!("vimc4_{version}_{architecture}.deb"), package)?;
+        }
+    }
+    put("SHA256SUMS", sums.into_bytes())?;
+    println!("in {}", out.display());
+    Ok(())
+}
