@@ -475,7 +475,9 @@ pub(crate) async fn journal(call: Call) -> Outcome {
     let entries: Vec<_> = wanted.take(limit.min(PAGE)).collect();
     let next = match entries.last() {
         Some(last) if entries.len() == limit.min(PAGE) => last.number,
-        _ => part.last.max(after),
+        None if limit == 0 => after.min(part.last),
+        // What is to come cannot have been seen.
+        _ => part.last,
     };
     let entries: Vec<&str> = entries.iter().map(|item| item.json(&call.app.names)).collect();
     Ok(Answer::Json(format!(

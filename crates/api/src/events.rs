@@ -8,6 +8,7 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use tokio::time::{sleep_until, timeout};
+use tungstenite::error::ProtocolError;
 
 use crate::acts::{is_kind, unknown_kind};
 use crate::call::no_such;
@@ -55,7 +56,11 @@ struct Followed {
 /// Why it is over.
 enum End {
     Problem(Problem),
-    /// The client has left, or does not take what it is sent.
+    /// The client leaves, and is to be told that this was heard.
+    Left,
+    /// It has sent something that no WebSocket allows.
+    Broken(CloseFrame),
+    /// It is not there any more, or does not take what it is sent.
     Gone,
 }
 
@@ -74,8 +79,33 @@ pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) 
     let listener = app.bell.listen();
     match serve(&mut socket, &app, has_token, &listener).await {
         Ok(()) | Err(End::Gone) => {}
+        Err(End::Left) => hang_up(socket).await,
+        Err(End::Broken(frame)) => {
+            let _ = timeout(PATIENCE, socket.send(Message::Close(Some(frame)))).await;
+            hang_up(socket).await;
+        }
         Err(End::Problem(problem)) => part(socket, &problem).await,
     }
+}
+
+/// Has what was sent last arrive, and waits until the client hangs up, too.
+async fn hang_up(mut socket: WebSocket) {
+    let silence = async { while let Some(Ok(_)) = socket.recv().await {} };
+    let _ = timeout(PATIENCE, silence).await;
+}
+
+/// What a client is told whose messages cannot be read.
+fn broken(error: axum::Error) -> End {
+    use tungstenite::Error;
+    let error = error.into_inner();
+    let (code, reason) = match error.downcast_ref::<Error>() {
+        Some(Error::Capacity(_)) => (close_code::SIZE, "a message has at most 16 KiB"),
+        Some(Error::Utf8(_)) => (close_code::INVALID, "the text is no UTF-8"),
+        Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => return End::Gone,
+        Some(Error::Protocol(_)) => (close_code::PROTOCOL, "this is no frame of a WebSocket"),
+        _ => return End::Gone,
+    };
+    End::Broken(CloseFrame { code, reason: reason.into() })
 }
 
 /// Says what is wrong, and leaves.
@@ -89,7 +119,9 @@ async fn part(mut socket: WebSocket, problem: &Problem) {
         socket.send(Message::Text(document.to_string().into())).await?;
         socket.send(Message::Close(Some(frame))).await
     };
-    let _ = timeout(PATIENCE, farewell).await;
+    if timeout(PATIENCE, farewell).await.is_ok_and(|sent| sent.is_ok()) {
+        hang_up(socket).await;
+    }
 }
 
 async fn serve(
@@ -153,7 +185,9 @@ async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
                 );
                 return Err(problem.into());
             }
-            Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(End::Gone),
+            Some(Ok(Message::Close(_))) => return Err(End::Left),
+            Some(Err(error)) => return Err(broken(error)),
+            None => return Err(End::Gone),
         };
         let object = serde_json::from_str::<Map<String, Value>>(&text);
         let wish = object.and_then(|object| serde_json::from_value(object.into()));

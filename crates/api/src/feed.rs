@@ -111,7 +111,8 @@ impl Feed {
     pub(crate) fn after(&self, number: u64, most: usize) -> Part {
         let kept = self.kept();
         let first = kept.last + 1 - kept.items.len() as u64;
-        let skip = usize::try_from((number + 1).saturating_sub(first)).unwrap_or(usize::MAX);
+        let skip =
+            usize::try_from(number.saturating_add(1).saturating_sub(first)).unwrap_or(usize::MAX);
         let items = kept.items.iter().skip(skip).take(most).cloned().collect();
         Part { first, last: kept.last, items }
     }

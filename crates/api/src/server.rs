@@ -2,9 +2,7 @@
 
 use std::io;
 use std::net::{SocketAddr, TcpListener as Bound};
-use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -17,11 +15,14 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::IntoResponse;
 use axum::routing::{MethodFilter, get, on};
 use axum::serve::Listener;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use thiserror::Error;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio::runtime;
-use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{Notify, Semaphore};
+use tokio::time::timeout;
 use vimc4::Emulator;
 
 use crate::call::{Answer, Call, body, query};
@@ -30,7 +31,7 @@ use crate::document;
 use crate::events;
 use crate::files::FILES;
 use crate::guard::{Token, has_token, is_from_here};
-use crate::limits::{BODY, CONNECTIONS, MESSAGE};
+use crate::limits::{BODY, CONNECTIONS, MESSAGE, PATIENCE};
 use crate::problem::{Kind, Problem};
 use crate::served::App;
 use crate::table::{Route, TABLE};
@@ -116,11 +117,8 @@ impl Server {
         let serve = move || {
             runtime.block_on(async {
                 let Ok(listener) = TcpListener::from_std(listener) else { return };
-                let room = Arc::new(Semaphore::new(CONNECTIONS));
                 tokio::spawn(tell(Arc::clone(&app)));
-                let service = router(app);
-                // It goes on until the program ends.
-                let _ = axum::serve(Door { listener, room }, service).await;
+                receive(listener, router(app)).await;
             });
         };
         let thread = thread::Builder::new().name("api".to_owned()).spawn(serve);
@@ -157,78 +155,25 @@ async fn tell(app: Arc<App>) {
 
 // --- connections ---
 
-/// Lets in so many.
-struct Door {
-    listener: TcpListener,
-    room: Arc<Semaphore>,
-}
-
-/// One who was let in.
-struct Guest {
-    stream: TcpStream,
-    _room: OwnedSemaphorePermit,
-}
-
-impl Listener for Door {
-    type Io = Guest;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (Guest, SocketAddr) {
-        loop {
-            // It is never closed.
-            let Ok(room) = Arc::clone(&self.room).acquire_owned().await else {
-                std::future::pending::<()>().await;
-                continue;
-            };
-            let (stream, address) = Listener::accept(&mut self.listener).await;
-            // Small answers are not to wait for more.
-            let _ = stream.set_nodelay(true);
-            return (Guest { stream, _room: room }, address);
-        }
-    }
-
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
-    }
-}
-
-impl AsyncRead for Guest {
-    fn poll_read(
-        mut self: Pin<&mut Self>,
-        cx: &mut Context<'_>,
-        buffer: &mut ReadBuf<'_>,
-    ) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_read(cx, buffer)
-    }
-}
-
-impl AsyncWrite for Guest {
-    fn poll_write(
-        mut self: Pin<&mut Self>,
-        cx: &mut Context<'_>,
-        bytes: &[u8],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(cx, bytes)
-    }
-
-    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(cx)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_shutdown(cx)
-    }
-
-    fn poll_write_vectored(
-        mut self: Pin<&mut Self>,
-        cx: &mut Context<'_>,
-        bytes: &[io::IoSlice<'_>],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write_vectored(cx, bytes)
-    }
-
-    fn is_write_vectored(&self) -> bool {
-        self.stream.is_write_vectored()
+/// Serves whoever comes, so many at a time. A client that is silent before its request is whole makes room
+/// for others.
+async fn receive(mut listener: TcpListener, service: Router) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        // It is never closed.
+        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
+        let (stream, _) = Listener::accept(&mut listener).await;
+        // Small answers are not to wait for more.
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(service.clone());
+        tokio::spawn(async move {
+            let _place = place;
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
+            let connection = connection.serve_connection(TokioIo::new(stream), service);
+            // A client that leaves in the middle is no mistake of ours.
+            let _ = connection.with_upgrades().await;
+        });
     }
 }
 
@@ -328,10 +273,27 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
         )
     })?;
     let query = query(route.query, pairs)?;
-    let bytes = to_bytes(content, BODY).await.map_err(|_| {
-        let detail = format!("the body has more than {BODY} bytes, or has broken off");
-        Problem::new(Kind::TooLarge, detail, "send less")
-    })?;
+    let too_large = || {
+        Problem::new(Kind::TooLarge, format!("the body has more than {BODY} bytes"), "send less")
+    };
+    let says = parts.headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok());
+    if says.and_then(|length| length.parse::<u64>().ok()).is_some_and(|it| it > BODY as u64) {
+        return Err(too_large());
+    }
+    let bytes = match timeout(PATIENCE, to_bytes(content, BODY)).await {
+        Ok(Ok(bytes)) => bytes,
+        // That is all that tells one from the other.
+        Ok(Err(error)) if error.to_string().contains("length limit") => return Err(too_large()),
+        Ok(Err(_)) => {
+            let remedy = "send it whole, with its length or in chunks";
+            return Err(Problem::new(Kind::WrongRequest, "the body has broken off", remedy));
+        }
+        Err(_) => {
+            let detail = format!("the body was not whole within {} s", PATIENCE.as_secs());
+            let remedy = "send it at once, and as many bytes as Content-Length says";
+            return Err(Problem::new(Kind::WrongRequest, detail, remedy));
+        }
+    };
     let body = body(route.body, is_json(&parts.headers), &bytes)?;
     (route.run)(Call { app, path, query, body }).await
 }

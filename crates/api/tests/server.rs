@@ -165,6 +165,26 @@ impl Watcher {
         (head[0] == 0x81).then(|| serde_json::from_slice(&bytes).unwrap())
     }
 
+    /// Why it is closed: the code in the last frame.
+    fn closing(mut self) -> Option<u16> {
+        let mut sent = Vec::new();
+        let _ = self.reader.read_to_end(&mut sent);
+        let mut rest = &sent[..];
+        while let [first, length, ..] = *rest {
+            let (begin, length) = match length {
+                126 => (4, usize::from(u16::from_be_bytes([rest[2], rest[3]]))),
+                length => (2, usize::from(length)),
+            };
+            let (frame, behind) = rest.split_at(begin + length);
+            if first == 0x88 {
+                let code = frame.get(2..4).map(|code| u16::from_be_bytes([code[0], code[1]]));
+                return Some(code.unwrap_or(1005));
+            }
+            rest = behind;
+        }
+        None
+    }
+
     /// The next message of this type.
     fn next_of(&mut self, kind: &str) -> Value {
         loop {
@@ -373,7 +393,13 @@ fn the_journal_is_read_in_pages() {
     assert_eq!(commands["entries"].as_array().unwrap().len(), 1);
     assert_eq!((page("?kinds=comand").status, page("?limit=x").status), (422, 400));
     assert_eq!(page("?page=2").status, 400);
-    assert_eq!(page("?after=99999999").json()["entries"], json!([]));
+    // Whoever pages by `next` misses nothing, and is never sent what has been seen.
+    for after in ["99999999", "18446744073709551615"] {
+        let beyond = page(&format!("?after={after}")).json();
+        assert_eq!((&beyond["entries"], &beyond["next"]), (&json!([]), &all["last"]));
+    }
+    let none = page("?after=3&limit=0").json();
+    assert_eq!((&none["entries"], &none["next"]), (&json!([]), &json!(3)));
 }
 
 #[test]
@@ -450,16 +476,34 @@ fn wrong_wishes_are_answered_and_end_it() {
         assert!(problem["remedy"].is_string(), "{problem}");
         assert_eq!(watcher.next(), None);
     }
-    // What is no text, too long, or broken does no harm either.
-    for frame in [0x82, 0x80, 0x83, 0xFF] {
-        let mut watcher = served.watch("");
-        watcher.frame(frame, b"{}");
-        while watcher.next().is_some() {}
-    }
-    let mut watcher = served.watch("");
-    watcher.frame(0x81, &[b'['; 60_000]);
-    while watcher.next().is_some() {}
     assert_eq!(served.get("/v1").status, 200);
+}
+
+#[test]
+fn a_web_socket_is_closed_as_it_should_be() {
+    let served = serve(Clock::Manual, 1, None);
+    for (frame, bytes, code) in [
+        (0x88, &b"\x03\xE8"[..], 1000),
+        (0x88, b"", 1005),
+        (0x82, b"{}", 1008),
+        (0x80, b"{}", 1002),
+        (0x83, b"{}", 1002),
+        (0xFF, b"{}", 1002),
+        (0x81, b"\xFF", 1007),
+        (0x81, &[b'['; 60_000], 1009),
+    ] {
+        let mut watcher = served.watch("");
+        watcher.frame(frame, bytes);
+        if frame != 0x88 {
+            // The client hears that it is over, and hangs up.
+            watcher.stream.shutdown(Shutdown::Write).unwrap();
+        }
+        assert_eq!(watcher.closing(), Some(code), "{frame:x} {}", bytes.len());
+    }
+    let mut unmasked = served.watch("");
+    unmasked.stream.write_all(b"\x81\x02{}").unwrap();
+    unmasked.stream.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(unmasked.closing(), Some(1002));
 }
 
 // --- who may ---
@@ -598,6 +642,27 @@ fn too_much_is_refused_and_nonsense_does_no_harm() {
         let _ = stream.read_to_end(&mut Vec::new());
     }
     assert_eq!(served.get("/v1").status, 200);
+}
+
+/// As many connections as there may be, of which nothing or only half a request comes.
+#[test]
+fn silent_clients_make_room() {
+    let served = serve(Clock::Manual, 1, None);
+    let head = format!("POST /v1/quit HTTP/1.1\r\nHost: {}\r\n", served.address);
+    let halves = ["", &head, &format!("{head}Content-Length: 9\r\n\r\n{{")];
+    let silent: Vec<TcpStream> = (0..256)
+        .map(|number| {
+            let mut stream = served.connect();
+            stream.write_all(halves[number % 3].as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    assert_eq!(served.get("/v1").status, 200);
+    let late = read(&mut BufReader::new(&silent[2]));
+    assert_eq!(late.status, 400);
+    assert!(late.body.contains("not whole within 10 s"), "{late:?}");
+    let large = served.raw("POST", "/v1/quit", "Content-Length: 99999999999\r\n", "");
+    assert_eq!(large.status, 413);
 }
 
 /// Requests and frames that are nearly right, in every way: none ends the server or the controller.
