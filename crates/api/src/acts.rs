@@ -34,7 +34,8 @@ pub(crate) async fn models(_: Call) -> Outcome {
 
 pub(crate) async fn model(call: Call) -> Outcome {
     let name = call.path.get("name").map_or("", String::as_str);
-    Ok(Answer::Text(vimc4::model_profile(name)?.to_owned()))
+    let profile = vimc4::model_profile(name).map_err(|_| no_such("model", name))?;
+    Ok(Answer::Text(profile.to_owned()))
 }
 
 pub(crate) async fn machines(_: Call) -> Outcome {
@@ -43,7 +44,8 @@ pub(crate) async fn machines(_: Call) -> Outcome {
 
 pub(crate) async fn machine(call: Call) -> Outcome {
     let name = call.path.get("name").map_or("", String::as_str);
-    Ok(Answer::Text(vimc4::machine_profile(name)?.to_owned()))
+    let profile = vimc4::machine_profile(name).map_err(|_| no_such("machine", name))?;
+    Ok(Answer::Text(profile.to_owned()))
 }
 
 pub(crate) async fn quit(call: Call) -> Outcome {
@@ -202,7 +204,14 @@ pub(crate) async fn set_clock(call: Call) -> Outcome {
 }
 
 pub(crate) async fn advance(call: Call) -> Outcome {
-    let span = parse_duration(call.text("span"))?;
+    let text = call.text("span");
+    let span = parse_duration(text).map_err(|wrong| {
+        Problem::new(
+            Kind::NotUnderstood,
+            format!("the span `{text}` {wrong}"),
+            "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`",
+        )
+    })?;
     Answer::json(&arrived(&call, |control| control.advance(span)).await?.json())
 }
 
@@ -254,6 +263,10 @@ async fn arrived(
     // Asked before: what is asked later has its turn when time has arrived.
     if control.paused().await?.is_some() {
         return Err(ControlError::Paused.into());
+    }
+    if control.now().await? == Time::NEVER {
+        let remedy = "restore a snapshot, or start the program anew";
+        return Err(Problem::new(Kind::NotNow, "time has come to its end", remedy));
     }
     let mut journey = Escorted(set_out(control));
     tokio::select! {

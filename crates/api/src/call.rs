@@ -91,7 +91,9 @@ impl Call {
     /// The controller that it is about.
     pub(crate) fn controller(&self) -> Result<&Served, Problem> {
         let number = self.path.get("n").map_or("", String::as_str);
-        let place = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        // It has one address: `01` and `+1` are none.
+        let is_plain = !number.starts_with(['0', '+']);
+        let place = number.parse::<usize>().ok().filter(|_| is_plain).map(|number| number - 1);
         place.and_then(|place| self.app.controllers.get(place)).ok_or_else(|| {
             let count = self.app.controllers.len();
             Problem::new(
@@ -135,21 +137,22 @@ pub(crate) fn no_such(what: &str, name: &str) -> Problem {
     )
 }
 
+/// What would be right as a body.
+pub(crate) fn right_body(fields: &[Field]) -> String {
+    if fields.is_empty() {
+        return "send no body".to_owned();
+    }
+    let example = fields.iter().map(|field| (field.name.to_owned(), field.example()));
+    format!("send an object such as {}", Value::Object(example.collect()))
+}
+
 /// Takes a body apart by the fields that there may be.
 pub(crate) fn body(
     fields: &[Field],
     is_json: bool,
     bytes: &[u8],
 ) -> Result<Map<String, Value>, Problem> {
-    let wrong = |detail: String| {
-        let example = fields.iter().map(|field| (field.name.to_owned(), field.example()));
-        let example = Value::Object(example.collect());
-        let remedy = match fields {
-            [] => "send no body".to_owned(),
-            _ => format!("send an object such as {example}"),
-        };
-        Problem::new(Kind::WrongRequest, detail, remedy)
-    };
+    let wrong = |detail: String| Problem::new(Kind::WrongRequest, detail, right_body(fields));
     if bytes.is_empty() {
         return match fields.iter().find(|field| field.is_needed) {
             Some(field) => Err(wrong(format!("the body with `{}` is missing", field.name))),
@@ -211,7 +214,10 @@ pub(crate) fn query(
             let remedy = format!("write digits, as in {name}={}", field.example);
             return Err(Problem::new(Kind::WrongRequest, detail, remedy));
         }
-        query.insert(name, value);
+        if query.insert(name.clone(), value).is_some() {
+            let detail = format!("the parameter `{name}` is there twice");
+            return Err(Problem::new(Kind::WrongRequest, detail, "send it once"));
+        }
     }
     match fields.iter().find(|field| field.is_needed && !query.contains_key(field.name)) {
         Some(field) => Err(Problem::new(

@@ -64,10 +64,10 @@ pub(crate) fn is_from_here(headers: &HeaderMap, uri: &Uri, has_token: bool) -> R
         return Err(foreign("there is no one Host".to_owned(), "send the header Host, once"));
     };
     // What an absolute address of the request says has to be the same.
-    let other = uri.authority().is_some_and(|authority| authority.as_str() != host);
-    if other || !(has_token && is_name(host) || is_own(host)) {
+    let named = uri.authority().map_or(host, |authority| authority.as_str());
+    if named != host || !(has_token && is_name(host) || is_own(host)) {
         return Err(foreign(
-            format!("`{host}` is no name that this server answers to"),
+            format!("`{named}` is no name that this server answers to"),
             "use its address in numbers, or localhost; or give the server a token",
         ));
     }

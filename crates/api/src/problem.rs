@@ -79,6 +79,14 @@ impl Problem {
         Problem::new(kind, detail, remedy)
     }
 
+    /// With this remedy, if it has none of its own.
+    pub(crate) fn or_remedy(mut self, remedy: impl FnOnce() -> String) -> Problem {
+        if self.remedy.is_empty() {
+            self.remedy = remedy();
+        }
+        self
+    }
+
     fn row(&self) -> (&'static str, StatusCode, &'static str) {
         let row = KINDS.iter().find(|row| row.0 == self.kind).unwrap_or(&KINDS[0]);
         (row.1, row.2, row.3)
@@ -149,11 +157,4 @@ macro_rules! not_understood {
     };
 }
 
-not_understood!(
-    OrderError,
-    ConditionError,
-    FaultError,
-    RuleError,
-    vimc4::NotADuration,
-    vimc4::ClockError
-);
+not_understood!(OrderError, ConditionError, FaultError, RuleError, vimc4::ClockError);

@@ -25,7 +25,7 @@ use tokio::sync::{Notify, Semaphore};
 use tokio::time::timeout;
 use vimc4::Emulator;
 
-use crate::call::{Answer, Call, body, query};
+use crate::call::{Answer, Call, body, query, right_body};
 use crate::debugger::Open;
 use crate::document;
 use crate::events;
@@ -295,7 +295,8 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
         }
     };
     let body = body(route.body, is_json(&parts.headers), &bytes)?;
-    (route.run)(Call { app, path, query, body }).await
+    let outcome = (route.run)(Call { app, path, query, body }).await;
+    outcome.map_err(|problem| problem.or_remedy(|| right_body(route.body)))
 }
 
 fn is_json(headers: &HeaderMap) -> bool {

@@ -609,6 +609,9 @@ fn too_much_is_refused_and_nonsense_does_no_harm() {
         ("GET", "/v1/../v1", 404),
         ("GET", "/v1/controllers/0", 404),
         ("GET", "/v1/controllers/99999999999999999999999", 404),
+        ("GET", "/v1/controllers/01", 404),
+        ("GET", "/v1/controllers/+1", 404),
+        ("GET", "/v1/controllers/1/journal?after=1&after=2", 400),
         ("GET", "/v1/controllers/%FF", 400),
         ("GET", "/v1/controllers/1/completions", 400),
         ("GET", "/v1/models/..%2F..%2Fetc%2Fpasswd", 404),
@@ -642,6 +645,36 @@ fn too_much_is_refused_and_nonsense_does_no_harm() {
         let _ = stream.read_to_end(&mut Vec::new());
     }
     assert_eq!(served.get("/v1").status, 200);
+}
+
+#[test]
+fn every_refusal_says_what_would_be_right() {
+    let served = serve(Clock::Manual, 1, None);
+    let refused = |path: &str, body: Value, status: u16| {
+        let answer = served.send("POST", &format!("/v1/controllers/1/{path}"), &body);
+        assert_eq!(answer.status, status, "{path} {body}: {answer:?}");
+        let problem = answer.json();
+        assert!(problem["remedy"].as_str().is_some_and(|it| !it.is_empty()), "{problem}");
+        problem["detail"].as_str().unwrap().to_owned()
+    };
+    for span in ["-1s", "1", "x", "0.1ns", "99999999999h", ""] {
+        let detail = refused("clock/advance", json!({ "span": span }), 422);
+        assert!(detail.contains(&format!("`{span}`")), "{detail}");
+    }
+    for words in ["", "bogus", "drop", "drop to-nobody", "x >", "x > y", "1 = 1", "every"] {
+        refused("clock/run-until", json!({ "condition": words }), 422);
+        refused("breakpoints", json!({ "condition": words }), 422);
+        refused("faults", json!({ "fault": words }), 422);
+        refused("rules", json!({ "rules": words }), 422);
+    }
+    let foreign = served.get("/v1/models/x").json();
+    assert_eq!(foreign["detail"], "there is no model `x`");
+    // Time ends after 584 years.
+    for _ in 0..2 {
+        served.send("POST", "/v1/controllers/1/clock/advance", &json!({ "span": "5000000h" }));
+    }
+    let detail = refused("clock/advance", json!({ "span": "1s" }), 409);
+    assert_eq!(detail, "time has come to its end");
 }
 
 /// As many connections as there may be, of which nothing or only half a request comes.
