@@ -1,15 +1,14 @@
 //! The control API of `vimc4 serve`.
 
+mod debugger;
+
 use std::path::{Path, PathBuf};
 
 use std::sync::Arc;
 
-use serde_json::Value;
-use vimc4::{Control, Emulator};
-use vimc4_api::{Debugging, Open, Place, Server, ServerError, Token};
-use vimc4_device::Device;
+use vimc4::Emulator;
+use vimc4_api::{Open, Place, Server, ServerError, Token};
 
-use crate::console::session::{Cancel, Outcome, Session, Wrong};
 use crate::failure::Failure;
 
 /// Where the token may stand instead of in a file.
@@ -71,46 +70,7 @@ pub(crate) async fn start(
     emulators: &[Emulator],
     can_debug: bool,
 ) -> Result<Server, Failure> {
-    let debugger = can_debug.then(|| Arc::new(open) as Open);
+    let debugger = can_debug.then(|| Arc::new(debugger::open) as Open);
     let server = Server::start(place, emulators, debugger).await;
     server.map_err(|error: ServerError| Failure::midway(error))
-}
-
-// --- the debugger ---
-
-/// A session of the console whose lines come by requests.
-struct Console {
-    session: Session,
-    is_over: bool,
-}
-
-fn open(control: &Control) -> Result<(Box<dyn Debugging>, vimc4_api::Cancel), String> {
-    let cancel = Cancel::default();
-    let session = Session::beside(control, "the API", cancel.clone()).map_err(|Wrong(why)| why)?;
-    Ok((Box::new(Console { session, is_over: false }), Arc::new(move || cancel.wish())))
-}
-
-impl Debugging for Console {
-    fn carry_out(&mut self, line: &str) -> Result<String, String> {
-        match self.session.carry_out_once(line) {
-            Ok(Outcome::Said(said)) => Ok(said),
-            Ok(Outcome::Quit) => {
-                self.is_over = true;
-                Ok(String::new())
-            }
-            Ok(Outcome::Screen | Outcome::Picture(..) | Outcome::Source(_)) => {
-                Err(format!("`{line}` is for a terminal; `vimc4 console` has one"))
-            }
-            Err(Wrong(wrong)) => Err(wrong),
-        }
-    }
-
-    fn view(&self) -> Value {
-        let (debugger, at) = (&self.session.debugger, self.session.debugger.now());
-        serde_json::to_value(debugger.device().view(at)).unwrap_or_default()
-    }
-
-    fn is_over(&self) -> bool {
-        self.is_over
-    }
 }

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
-use vimc4_catalogue::State;
+use vimc4_catalogue::{Controller, State};
 use vimc4_debug::{
     Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
     uninterrupted,
@@ -93,17 +93,18 @@ impl Live {
     /// Pauses a controller and begins to follow it, with a debugger that stands where it is. It ends with
     /// the debugger.
     pub(crate) fn of(emulator: Emulator, ring: Option<Ring>) -> Result<(Live, Debugger), Failed> {
-        let (mut live, debugger) = Live::with(emulator.control(), "the console", ring)?;
+        let (mut live, debugger) = Live::with(emulator.control(), "the console", ring, |_| None)?;
         (live.emulator, live.goes_on_alone) = (Some(emulator), false);
         Ok((live, debugger))
     }
 
     /// The same with a controller that runs for others, on behalf of a client of this name.
-    /// Afterwards it goes on.
+    /// Afterwards it goes on. `past` gives its history, if that is known.
     pub(crate) fn with(
         control: &Control,
         who: &str,
         ring: Option<Ring>,
+        past: impl FnOnce(&Controller) -> Option<History<Controller>>,
     ) -> Result<(Live, Debugger), Failed> {
         let control = control.by(who);
         control.pause().wait().map_err(failed)?;
@@ -114,9 +115,12 @@ impl Live {
             None => control.watch(tap),
         };
         watching.wait().map_err(failed)?;
-        let debugger = Debugger::new(control.controller().wait().map_err(failed)?.device().clone());
+        let controller = control.controller().wait().map_err(failed)?.device().clone();
+        let past = past(&controller);
+        let is_remembered = past.is_some();
+        let mut debugger = past.map_or_else(|| Debugger::new(controller), Debugger::over);
         let place = debugger.place();
-        let live = Live {
+        let mut live = Live {
             emulator: None,
             goes_on_alone: true,
             control,
@@ -128,6 +132,9 @@ impl Live {
             awaited: None,
             notes: Vec::new(),
         };
+        if is_remembered {
+            live.place = live.join(&mut debugger)?;
+        }
         Ok((live, debugger))
     }
 
@@ -193,6 +200,45 @@ impl Live {
         self.place = self.join(debugger)?;
         debugger.history_mut().go_back_to(present);
         Ok(())
+    }
+
+    /// Takes in what others have done to the controller, whose time is to be paused all the while. The
+    /// debugger keeps looking where it looks; one that looks at the controller itself goes along.
+    #[cfg(feature = "api")]
+    pub(crate) fn catch_up(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
+        if self.control.paused().wait().map_err(failed)?.is_none() {
+            self.control.pause().wait().map_err(failed)?;
+        }
+        let mut news = Vec::new();
+        while let Some(report) = self.reports.as_mut().and_then(Reports::take) {
+            let is_done =
+                matches!(report.what, What::Input { .. } | What::State { by: Some(_), .. });
+            news.extend(is_done.then_some(report));
+        }
+        let now = self.control.now().wait().map_err(failed)?;
+        if news.is_empty() && now == self.place.moment.at {
+            return Ok(());
+        }
+        let (looked_at, heading) = (debugger.place(), debugger.history().heading());
+        let was_here = self.is_here(debugger);
+        debugger.history_mut().go_to(self.place);
+        for report in &news {
+            follow(debugger, report);
+        }
+        self.place = self.join(debugger)?;
+        if !was_here {
+            let history = debugger.history_mut();
+            history.go_to_end(heading);
+            history.go_back_to(looked_at);
+            history.drain();
+        }
+        Ok(())
+    }
+
+    /// Where the controller is.
+    #[cfg(feature = "api")]
+    pub(crate) fn place(&self) -> Place {
+        self.place
     }
 
     /// Brings the controller to where the debugger has gone forward from it, act by act, so that

@@ -199,6 +199,129 @@ fn the_debugger_goes_forward_and_back() -> Outcome {
     Ok(())
 }
 
+/// What was done before anybody asked can be looked at, branches and is taken over.
+fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+    let get = |path: &str| ask("GET", path, Value::Null).1;
+    let x = |history: &Value| history["view"]["axes"][0]["position"].clone();
+    ask("POST", "/line", json!({ "send": "@01\r@0A5000,900\r" }));
+    assert_eq!(ask("POST", "/clock/run-until", json!({ "condition": "x > 1000" })).0, 200);
+    assert_eq!(ask("POST", "/orders", json!({ "order": "press stop" })).0, 200);
+    assert_eq!(ask("POST", "/clock/run-until", json!({ "condition": "idle" })).0, 200);
+    let stopped = get("/position")["axes"]["X"].clone();
+
+    // To ask pauses nothing.
+    let idle = get("/history");
+    assert_eq!((&idle["open"], &idle["possible"]), (&json!(false), &json!(true)));
+    assert!(idle["first"].as_u64() <= get("/journal")["entries"][0]["at"].as_u64());
+    assert_eq!(ask("GET", "/debugger/view", Value::Null).0, 200);
+    assert_eq!(ask("GET", "/history/entries", Value::Null).0, 409);
+    assert_eq!(get("/clock")["paused"], Value::Null);
+
+    // A second after the motion began, long before the debugger was opened.
+    let entries = get("/journal")["entries"].clone();
+    let entry = |kind: &str| {
+        entries.as_array().unwrap().iter().find(|entry| entry["kind"] == kind).cloned()
+    };
+    let begin = entry("motion").ok_or("no motion")?;
+    let at = begin["at"].as_u64().ok_or("no time")? + 1_000_000_000;
+    let (status, there) = ask("POST", "/history/go", json!({ "at": at }));
+    assert_eq!((status, &there["at"], &there["open"]), (200, &json!(at), &json!(true)));
+    // A second at 900 Hz; the first steps are slower.
+    assert_eq!(x(&there), 898);
+    assert_eq!(get("/position")["axes"]["X"], stopped);
+    assert_eq!(get("/clock")["paused"]["by"], "the API");
+    assert_eq!(there["branches"].as_array().map(Vec::len), Some(1));
+
+    // The emergency stop there: another future, worked out to its end.
+    let (status, other) = ask("POST", "/history/do", json!({ "order": "hold estop" }));
+    assert_eq!((status, &other["branch"], &other["at"]), (200, &json!(1), &json!(at)));
+    let branch = &other["branches"][1];
+    assert_eq!(
+        (&branch["parted"], &branch["why"]),
+        (&json!({ "branch": 0, "at": at }), &json!("estop pressed"))
+    );
+    let own = get("/history/entries?branch=1")["entries"].clone();
+    let own = own.as_array().ok_or("no entries")?;
+    assert!(own.iter().any(|entry| entry["signal"] == "estop"), "{own:?}");
+    // The motion that it cut off began before; where it began is known.
+    let ends = own.iter().find(|entry| entry["motion"] == "ends").ok_or("no end")?;
+    assert_eq!((&ends["from"][0], &ends["to"][0]), (&json!(0), &json!(898)));
+    assert!(own.iter().all(|entry| entry["at"].as_u64() >= Some(at)), "{own:?}");
+    let trunk = get("/history/entries?branch=0")["entries"].clone();
+    let said = |entries: &Value| -> Vec<Value> {
+        let entries = entries.as_array().into_iter().flatten();
+        entries
+            .filter(|entry| entry["kind"] == "answer")
+            .map(|entry| entry["bytes"].clone())
+            .collect()
+    };
+    assert_eq!(said(&trunk), ["0", "F"]);
+    assert_eq!(said(&entries), said(&trunk));
+
+    // Bytes branch as well; what is no deed, and what is not there, does not.
+    assert_eq!(ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1["branch"], 0);
+    let (_, third) = ask("POST", "/history/do", json!({ "send": "@0P\r" }));
+    assert_eq!(third["branches"][2]["why"], "@0P  read position");
+    for (wrong, status) in [
+        (json!({ "order": "run until x > 1" }), 422),
+        (json!({ "order": "quit" }), 422),
+        (json!({ "order": "press nonsense" }), 422),
+        (json!({ "order": "press stop", "send": "x" }), 400),
+        (json!({}), 400),
+    ] {
+        assert_eq!(ask("POST", "/history/do", wrong.clone()).0, status, "{wrong}");
+    }
+    assert_eq!(ask("POST", "/history/go", json!({ "branch": 7 })).0, 422);
+    assert_eq!(ask("POST", "/history/go", json!({ "at": 1, "command": 1 })).0, 400);
+
+    // By an entry, by a command, and back.
+    let motion = ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1;
+    assert_eq!(motion["branch"], 0);
+    let by_entry = ask("POST", "/history/go", json!({ "entry": begin["number"] })).1;
+    assert_eq!((&by_entry["at"], x(&by_entry)), (&begin["at"], json!(0)));
+    assert_eq!(ask("POST", "/history/go", json!({ "command": 2 })).1["at"], begin["at"]);
+    let back = ask("POST", "/history/go", json!({})).1;
+    assert_eq!(
+        (&back["branch"], &back["at"], x(&back)),
+        (&back["now"]["branch"], &back["now"]["at"], stopped.clone())
+    );
+
+    // Somebody does something to the controller meanwhile: it is a part of the past as well.
+    assert_eq!(ask("POST", "/orders", json!({ "order": "cover open" })).0, 200);
+    let open = get("/history");
+    assert_eq!(open["now"]["branch"], 0);
+    let there = get("/history/entries?branch=0")["entries"].clone();
+    let is_cover = |entry: &Value| entry["signal"] == "cover";
+    assert!(there.as_array().unwrap().iter().any(is_cover), "{there}");
+
+    // Taken over: the controller goes on from the branch.
+    assert_eq!(ask("POST", "/history/go", json!({ "branch": 1, "at": at })).0, 200);
+    let taken = ask("POST", "/history/take", Value::Null).1;
+    assert_eq!((&taken["now"]["branch"], &taken["now"]["at"]), (&json!(1), &json!(at)));
+    // Its counters are cleared by the emergency stop, its carriage has stayed there.
+    let carriage = |view: &Value| view["axes"][0]["carriage"].clone();
+    assert_eq!(carriage(&get("/view")), carriage(&taken["view"]));
+    assert_ne!(carriage(&taken["view"]), carriage(&back["view"]));
+    assert_eq!(ask("DELETE", "/debugger", Value::Null).1["effect"], "something");
+    assert_eq!(get("/clock")["paused"], Value::Null);
+    assert!(
+        get("/signals")
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|it| it["name"] == "estop" && it["value"] == 1)
+    );
+
+    // That was a turn of the past, which stays a branch of it.
+    let again = ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1;
+    assert_eq!((x(&again), &again["now"]["branch"]), (json!(898), &json!(1)));
+    assert!(again["branches"][1]["name"].as_str().is_some_and(|name| name.starts_with("put back")));
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some();
@@ -213,6 +336,11 @@ fn main() -> ExitCode {
         trial("the_python_recipe_runs", "python3 --version", the_python_recipe_runs),
         trial("the_javascript_recipe_runs", &node, the_javascript_recipe_runs),
         trial("the_debugger_goes_forward_and_back", "", the_debugger_goes_forward_and_back),
+        trial(
+            "the_past_is_looked_at_branches_and_is_taken_over",
+            "",
+            the_past_is_looked_at_branches_and_is_taken_over,
+        ),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()

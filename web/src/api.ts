@@ -108,6 +108,33 @@ export interface Snapshot {
   at: number;
 }
 
+/** A time on a branch of the history. */
+export interface Moment {
+  branch: number;
+  at: number;
+}
+
+export interface Branch {
+  id: number;
+  name: string;
+  /** What was done first on it. */
+  why: string | null;
+  parted: Moment | null;
+  first: number;
+  end: number;
+}
+
+/** The past, and the moment of it that is looked at. */
+export interface History extends Moment {
+  /** Whether it is looked at: the controller is paused then. */
+  open: boolean;
+  possible: boolean;
+  first: number;
+  now: Moment;
+  branches: Branch[];
+  view?: View;
+}
+
 /** Something that happened. */
 export interface Entry {
   number: number;
@@ -125,6 +152,8 @@ export interface Entry {
   positive?: boolean;
   active?: boolean;
   line?: number;
+  signal?: string | number;
+  value?: number;
 }
 
 export interface Position {
@@ -140,6 +169,7 @@ export interface Position {
 /** What was wrong, and what would be right. */
 export class Problem extends Error {
   constructor(
+    /** That of HTTP; 0 if nobody answers. */
     readonly status: number,
     detail: string,
     readonly remedy: string,
@@ -161,7 +191,7 @@ export class Api {
       headers,
       body: body === undefined ? null : JSON.stringify(body),
     }).catch(() => {
-      throw new Problem(0, "the server does not answer", "");
+      throw new Problem(0, "", "");
     });
     const text = await response.text();
     let answer: unknown = null;

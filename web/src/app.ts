@@ -4,6 +4,8 @@ import { Api, Problem } from "./api";
 import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, View } from "./api";
 import { Feed } from "./feed";
 import { Machine } from "./machine";
+import { Past } from "./past";
+import { say } from "./words";
 
 /** A part of the page. */
 export interface Part {
@@ -22,11 +24,14 @@ export class App {
   isConnected = false;
   /** What the page says of the last order. */
   onNotice: (text: string, isError: boolean) => void = () => {};
+  /** What it has said is no longer so. */
+  onNoticeOver: () => void = () => {};
   onChange: () => void = () => {};
   onNewMachines: () => void = () => {};
   /** Asks a person for the token. */
   askToken: () => Promise<string> = () => Promise.reject(new Error("no token"));
 
+  private pasts = new Map<number, Past>();
   private chosen = 1;
   private isDrawn = true;
   /** Who is to be looked at soon, and who is being looked at. */
@@ -35,8 +40,10 @@ export class App {
   private feed = new Feed({
     wish: () => this.meet(),
     connected: (is) => {
+      const wasConnected = this.isConnected;
       this.isConnected = is;
       // At once, so that nothing is shown empty for longer than it has to be.
+      if (is && !wasConnected) this.onNoticeOver();
       if (is) for (const { number } of this.machines) void this.lookNow(number);
       this.changed();
     },
@@ -64,6 +71,16 @@ export class App {
     return this.of(this.chosen) ?? this.machines[0];
   }
 
+  /** The past of the controller that is looked at. */
+  get past(): Past | undefined {
+    return this.machine && this.pasts.get(this.machine.number);
+  }
+
+  /** The machine that is shown: as it is, or as it was at the moment that is looked at. */
+  get shown(): Machine | undefined {
+    return this.past?.shown ?? this.machine;
+  }
+
   choose(number: number): void {
     this.chosen = number;
     this.look(number);
@@ -72,25 +89,46 @@ export class App {
 
   /** Orders something of the controller that is looked at, and says what came of it. */
   async order(text: string): Promise<void> {
+    if (this.past?.isOpen) return void (await this.past.do({ order: text }));
     await this.act(async (path) => {
       const { text: answer } = await this.api.post<{ text: string }>(`${path}/orders`, { order: text });
       this.onNotice(`${text}: ${answer}`, false);
     });
   }
 
-  /** Does something with the controller that is looked at; what is wrong is said on the page. */
-  async act(deed: (path: string) => Promise<unknown>): Promise<void> {
+  /** Sends a line, as the host does, and says whether it could. */
+  async send(line: string): Promise<boolean> {
+    if (this.past?.isOpen) return this.past.do({ send: `${line}\r` });
+    return this.act((path) => this.api.post(`${path}/line`, { send: `${line}\r` }));
+  }
+
+  /** Sets a signal. It is shown so at once: another click is about what is seen. */
+  async set(name: string, value: number): Promise<void> {
+    if (this.past?.isOpen) return void (await this.past.do({ order: `set ${name} ${value}` }));
+    const signal = this.machine?.signals.find((signal) => signal.name === name);
+    if (signal) signal.value = value;
+    this.changed();
+    await this.act((path) => this.api.ask("PUT", `${path}/signals/${encodeURIComponent(name)}`, { value }));
+  }
+
+  /** Does something with the controller that is looked at; what is wrong is said on the page. Says
+      whether it was done. */
+  async act(deed: (path: string) => Promise<unknown>): Promise<boolean> {
     const machine = this.machine;
-    if (!machine) return;
+    if (!machine) return false;
     try {
       await deed(`/controllers/${machine.number}`);
+      return true;
     } catch (error) {
       this.say(error);
+      return false;
+    } finally {
+      this.look(machine.number);
     }
-    this.look(machine.number);
   }
 
   say(error: unknown): void {
+    if (error instanceof Problem && error.status === 0) return this.onNotice(say("noAnswer"), true);
     const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
     this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true);
   }
@@ -125,6 +163,7 @@ export class App {
           );
         }),
       );
+      this.pasts = new Map(this.machines.map((machine) => [machine.number, new Past(this, machine)]));
     }
     for (const machine of this.machines) {
       const last = machine.entries.at(-1);
@@ -176,6 +215,7 @@ export class App {
           get<Breakpoint[]>("breakpoints"), get<Snapshot[]>("snapshots"),
         ]);
         Object.assign(this.of(number) ?? {}, { signals, clock, faults, breakpoints, snapshots });
+        await this.pasts.get(number)?.look();
       }
     } catch {
       // The feed notices if the server is gone, and asks again when it is back.

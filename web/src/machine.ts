@@ -23,6 +23,8 @@ export class Machine {
   /** Positions of the motion that is going on, which is not on the path yet. */
   trail: Place[] = [];
   entries: Entry[] = [];
+  /** So many of the entries had happened at the moment that is shown; all if it is the present. */
+  reached: number | null = null;
   /** So many entries were left out of `entries`. */
   missing = 0;
   readonly path = new Path();
@@ -54,6 +56,13 @@ export class Machine {
 
   get number(): number {
     return this.about.number;
+  }
+
+  /** What keeps it from moving, as its owner would see at a look. */
+  get holdsBack(): "estopHeld" | null {
+    const held = this.signals.find(({ name }) => name === "estop")?.value
+      ?? this.view?.signals.find(({ name }) => name === "estop")?.value;
+    return held ? "estopHeld" : null;
   }
 
   get activity(): string {
@@ -99,6 +108,25 @@ export class Machine {
   gap(from: number, to: number): void {
     this.missing += to - from + 1;
     this.edition += 1;
+  }
+
+  /** As it was when so many entries of a way had happened. */
+  lookAt(way: Entry[], reached: number, view: View, signals: Signal[]): void {
+    if (way !== this.entries || reached < (this.reached ?? 0)) {
+      this.forget();
+      [this.entries, this.reached] = [way, 0];
+    }
+    this.seen(view);
+    for (let i = this.reached ?? 0; i < reached; i++) this.hearOne(way[i]!);
+    this.reached = reached;
+    const now = new Map(view.signals.map(({ name, value }) => [name, value]));
+    this.signals = signals.map((signal) => ({ ...signal, value: now.get(signal.name) ?? null }));
+    const each = (what: "position" | "carriage" | "speed") => view.axes.map((axis) => axis[what]);
+    const [positions, carriage, speed] = [each("position"), each("carriage"), each("speed")];
+    const { at, activity } = view;
+    this.isAt({ controller: this.number, at, activity, moving: this.began !== null, positions, carriage, speed });
+    clearTimeout(this.settling);
+    if (!this.began) this.settle(this.place(this.byIndex(carriage)));
   }
 
   isAt(position: Position): void {

@@ -273,8 +273,30 @@ with_(["--web", "--time", "8x"], "the stored program is listed, with a marker wh
   await server.send("@0i");
   for (const line of ["030,100,0,100,0,100,0,100", "0-30,100,0,100,0,100,0,100", "3 100,-2", "9"]) await server.send(line);
   await until("all lines are there", async () => (await page.locator(".program-lines li").count()) >= 3);
+  // A breakpoint at a click, and by key.
+  const point = page.getByRole("button", { name: "Breakpoint at line 2" });
+  await point.click();
+  await until("it is set", async () => (await point.getAttribute("aria-pressed")) === "true");
   await knob(page, "start").click();
-  await page.locator(".program-lines [aria-current=step]").waitFor();
+  const marked = () => page.locator(".program-lines").evaluate((list) => [...list.children].findIndex((row) => row.hasAttribute("aria-current")));
+  const paused = async () => (await server.ask("GET", "/controllers/1/clock")).paused !== null;
+  await until("it waits at the second line", async () => (await paused()) && (await marked()) === 1);
+  await page.getByRole("button", { name: "Continue" }).click();
+  await page.locator(".rounds", { hasText: "more rounds" }).waitFor();
+  await until("it waits there again", async () => (await paused()) && (await marked()) === 1);
+  await point.focus();
+  await page.keyboard.press("Enter");
+  await until("the breakpoint is gone", async () => (await point.getAttribute("aria-pressed")) === "false");
+  // From line to line, forward and back, where the controller stays.
+  const { paused: { at } } = await server.ask("GET", "/controllers/1/clock");
+  await page.getByRole("button", { name: "A line on" }).click();
+  await until("a line on", async () => (await server.ask("GET", "/controllers/1/clock")).paused?.at > at);
+  const { axes: [before] } = await server.ask("GET", "/controllers/1/view");
+  await page.getByRole("button", { name: "A line back" }).click();
+  await until("a line back", async () => (await lookedAt(page)) === at && (await marked()) === 1 && isPast(page));
+  assert.equal((await server.ask("GET", "/controllers/1/view")).axes[0].position, before.position);
+  await page.getByRole("button", { name: "Continue" }).click();
+  await until("it goes on", async () => !(await isPast(page)) && !(await paused()));
 });
 
 with_(["--web"], "a fault begins at a click, and ends at another", async (server, opened) => {
@@ -288,6 +310,107 @@ with_(["--web"], "a fault begins at a click, and ends at another", async (server
   await page.getByRole("combobox", { name: "Another fault" }).fill("drop to-host once after @0P");
   await page.keyboard.press("Enter");
   await page.locator(".faults .list code", { hasText: "drop" }).waitFor();
+});
+
+const line = (page) => page.locator(".timeline");
+const lookedAt = async (page) => Number(await line(page).getAttribute("data-at"));
+const isPast = async (page) => (await line(page).getAttribute("data-past")) === "true";
+
+with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency stop, and is taken over", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@01");
+  await server.send("@0A4000,500");
+  await until("it moves", async () => (await carriage(page))[0] > 300);
+  await knob(page, "stop").click();
+  await said(page, /^[\d.,]+ s←F.*stopped by STOP/).waitFor();
+  await until("it rests", async () => (await page.locator(".front .state").textContent()) === "idle");
+  const [held] = await carriage(page);
+  const drawn = await corners(page);
+  // By the arrow key: to the answer, to STOP, to the command …
+  const range = page.getByRole("slider", { name: "Time line" });
+  await range.focus();
+  await until("the past is seen", async () => {
+    await page.keyboard.press("ArrowLeft");
+    return isPast(page);
+  });
+  await page.getByText("This is past.").waitFor();
+  assert.equal((await server.ask("GET", "/controllers/1/clock")).paused.by, "the API");
+  // An entry jumps to its moment: there the motion has not begun.
+  const command = said(page, "relative move X +4,000");
+  await command.getByRole("button").first().click();
+  await page.getByRole("button", { name: "Look at this moment" }).click();
+  await until("it has not moved", async () => (await carriage(page))[0] === 0);
+  assert.ok((await page.locator(".entry.later").count()) >= 1, "what came later is there, and told apart");
+  const begin = await lookedAt(page);
+  // By the mouse, half the way to STOP.
+  const box = await page.locator(".marks").boundingBox();
+  const shares = await page.locator(".timeline").evaluate((card) => {
+    const range = card.querySelector(".scrub");
+    return { value: Number(range.value), max: Number(range.max) };
+  });
+  const { now } = await server.ask("GET", "/controllers/1/history");
+  const x = box.width * (shares.value / shares.max + (1 - shares.value / shares.max) / 4);
+  await page.mouse.move(box.x + x, box.y + 12);
+  await page.mouse.down();
+  await page.mouse.move(box.x + x + 3, box.y + 12, { steps: 3 });
+  await page.mouse.up();
+  await until("it is between", async () => {
+    const [at] = await carriage(page);
+    return at > 0 && at <= held && (await lookedAt(page)) > begin && (await lookedAt(page)) < now.at;
+  });
+  const settled = async () => {
+    let before;
+    for (;;) {
+      const looked = await lookedAt(page);
+      if (looked === before) return looked;
+      before = looked;
+      await page.waitForTimeout(300);
+    }
+  };
+  await settled();
+  // The emergency stop, there: a branch with its own end, while the controller stays where it is.
+  await knob(page, "estop").click();
+  await page.locator(".branches button", { hasText: "estop pressed" }).waitFor();
+  await until("the branch is looked at", async () => (await line(page).getAttribute("data-branch")) === "1");
+  assert.equal(await knob(page, "estop").getAttribute("aria-pressed"), "true");
+  assert.equal((await server.ask("GET", "/controllers/1/view")).axes[0].carriage, held);
+  assert.ok((await corners(page)) >= 2, "the path leads to where it was stopped");
+  // Back to the first way, and to the present of the controller.
+  await page.locator(".branches button", { hasText: "main" }).first().click();
+  await until("it is before all", async () => (await line(page).getAttribute("data-branch")) === "0");
+  await page.getByRole("button", { name: "To the present" }).click();
+  await until("the present is seen", async () => (await carriage(page))[0] === held && !(await isPast(page)));
+  assert.equal(await corners(page), drawn);
+  // Another browser sees the same moment; from the branch the controller goes on.
+  await page.locator(".branches button", { hasText: "estop pressed" }).click();
+  await until("the branch is seen", () => isPast(page));
+  const other = await opened();
+  await until("the other browser sees it, too", () => isPast(other.page));
+  await page.getByRole("button", { name: "Go on from here" }).click();
+  await until("it is the present", async () => !(await isPast(page)) && !(await isPast(other.page)));
+  await until("the emergency stop is held", async () => (await knob(page, "estop").getAttribute("aria-pressed")) === "true");
+  assert.equal((await server.ask("GET", "/controllers/1/clock")).paused, null);
+  const { carriage: there } = (await server.ask("GET", "/controllers/1/view")).axes[0];
+  assert.ok(there > 0 && there < held, `${there}`);
+});
+
+with_(["--web"], "whoever leaves the past finds the present as it was, and goes on", async (server, opened) => {
+  const { page } = await opened({ locale: "de", viewport: { width: 390, height: 844 } });
+  await server.send("@01");
+  await server.send("@0A2000,500");
+  await until("it moves", async () => (await carriage(page))[0] > 100);
+  const range = page.getByRole("slider", { name: "Zeitachse" });
+  await range.focus();
+  await page.keyboard.press("Home");
+  await page.getByText("Das ist Vergangenheit.").waitFor();
+  await until("nothing has happened yet", async () => (await page.locator(".entry:not(.later)").count()) === 0);
+  // What belongs to the present cannot be set meanwhile.
+  assert.equal(await page.locator(".faults").evaluate((card) => card.inert), true);
+  const width = await page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(width <= 390, `it is ${width} wide`);
+  await page.getByRole("button", { name: "Vergangenheit verlassen" }).click();
+  await until("it goes on and arrives", async () => (await carriage(page))[0] === 2_000);
+  assert.equal(await page.locator(".faults").evaluate((card) => card.inert), false);
 });
 
 with_(["--web", "--model", "smcu", "--machine", "board-plotter"], "a controller of LPKF has what it has", async (_, opened) => {

@@ -7,15 +7,15 @@ use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
     BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
-    Scenario, ScenarioNumber, Sort, Source, Step, Time, Verb, parse_duration,
+    Scenario, ScenarioNumber, Sort, Source, Step, Time, Verb, escape, parse_duration,
 };
 
 use crate::call::{Answer, Call, Outcome, no_such};
-use crate::debugger::Question;
+use crate::debugger::{Goal, Question};
 use crate::entry;
 use crate::limits::{BREAKPOINTS, PAGE, SNAPSHOTS};
 use crate::problem::{Kind, Problem};
-use crate::served::{Debug, Kept};
+use crate::served::{Debug, Kept, Served};
 
 // --- the server ---
 
@@ -123,16 +123,21 @@ pub(crate) async fn set_signal(call: Call) -> Outcome {
     done(&effect.await?)
 }
 
-pub(crate) async fn send(call: Call) -> Outcome {
+/// The bytes of a text: each character is one.
+fn bytes_of(text: &str) -> Result<Vec<u8>, Problem> {
     let bytes: Result<Vec<u8>, char> =
-        call.text("send").chars().map(|c| u8::try_from(c).map_err(|_| c)).collect();
-    let bytes = bytes.map_err(|wrong| {
+        text.chars().map(|c| u8::try_from(c).map_err(|_| c)).collect();
+    bytes.map_err(|wrong| {
         Problem::new(
             Kind::NotUnderstood,
             format!("`{wrong}` is no byte"),
             "every character stands for the byte of its number: use those up to U+00FF",
         )
-    })?;
+    })
+}
+
+pub(crate) async fn send(call: Call) -> Outcome {
+    let bytes = bytes_of(call.text("send"))?;
     call.controller()?.control.inject(OwnedInput::Bytes(bytes.into())).await?;
     done(&Effect::Something)
 }
@@ -338,13 +343,17 @@ pub(crate) async fn debug(call: Call) -> Outcome {
 }
 
 pub(crate) async fn debugger_view(call: Call) -> Outcome {
+    if !call.controller()?.desk.is_open().await {
+        // To look pauses nothing.
+        return view(call).await;
+    }
     ask_debugger(&call, Question::View).await
 }
 
 async fn ask_debugger(call: &Call, question: Question) -> Outcome {
-    let served = call.controller()?;
+    let Served { desk, control, memory, .. } = call.controller()?;
     let open = call.app.debugger.as_ref().map(|Debug(open)| open);
-    Answer::json(&served.desk.ask(open, &served.control, question).await?)
+    Ok(Answer::Json(desk.ask(open, control, memory, question).await?))
 }
 
 pub(crate) async fn close_debugger(call: Call) -> Outcome {
@@ -352,6 +361,88 @@ pub(crate) async fn close_debugger(call: Call) -> Outcome {
         true => done(&Effect::Something),
         false => done(&Effect::Nothing { why: Some("it was not open") }),
     }
+}
+
+// --- the past ---
+
+/// Does not open the debugger, which would pause the controller.
+pub(crate) async fn history(call: Call) -> Outcome {
+    let Served { desk, control, memory, .. } = call.controller()?;
+    if desk.is_open().await {
+        return ask_debugger(&call, Question::History).await;
+    }
+    let now = control.now().await?;
+    Answer::json(&json!({
+        "open": false,
+        "possible": call.app.debugger.is_some(),
+        "first": memory.first().unwrap_or(now),
+        "at": now,
+        "branch": 0,
+        "now": { "branch": 0, "at": now },
+        "branches": [],
+    }))
+}
+
+pub(crate) async fn go(call: Call) -> Outcome {
+    let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
+    let several = ["at", "command", "entry"].into_iter().filter(|name| number(name).is_some());
+    if several.count() > 1 {
+        let detail = "a moment is named by one of at, command and entry";
+        return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
+    }
+    let goal = if let Some(command) = number("command") {
+        Goal::Command(command)
+    } else if let Some(entry) = number("entry") {
+        let part = call.controller()?.feed.after(entry.saturating_sub(1), 1);
+        let item = part.items.first().filter(|item| item.number == entry);
+        let Some(item) = item else { return Err(no_such("entry", &entry.to_string())) };
+        Goal::At(None, item.report.at)
+    } else {
+        match (number("branch"), number("at")) {
+            (branch, Some(at)) => Goal::At(branch, Time::from_nanos(at)),
+            (Some(branch), None) => Goal::End(branch),
+            (None, None) => Goal::Now,
+        }
+    };
+    ask_debugger(&call, Question::Go(goal)).await
+}
+
+pub(crate) async fn do_there(call: Call) -> Outcome {
+    let line = match (call.body.get("order"), call.body.get("send")) {
+        (Some(_), None) => deed(&call, call.text("order"))?,
+        (None, Some(_)) => format!("sendraw {}", escape(&bytes_of(call.text("send"))?)),
+        _ => {
+            let detail = "what is to be done is an order, or bytes to send";
+            return Err(Problem::new(Kind::WrongRequest, detail, "send one of order and send"));
+        }
+    };
+    ask_debugger(&call, Question::Do(line)).await
+}
+
+/// An order that does something to the controller at once.
+fn deed(call: &Call, text: &str) -> Result<String, Problem> {
+    match Order::read(text, &call.app.names)? {
+        Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => Ok(text.to_owned()),
+        _ => Err(Problem::new(
+            Kind::NotUnderstood,
+            format!("`{text}` does nothing to the controller"),
+            "order something such as `press stop`; go to another time for what comes later",
+        )),
+    }
+}
+
+pub(crate) async fn take(call: Call) -> Outcome {
+    ask_debugger(&call, Question::Take).await
+}
+
+pub(crate) async fn history_entries(call: Call) -> Outcome {
+    if !call.controller()?.desk.is_open().await {
+        let remedy = "POST to history/go, which opens it; the journal has what happened";
+        return Err(Problem::new(Kind::NotNow, "the debugger is not open", remedy));
+    }
+    let branch = call.query.get("branch").and_then(|branch| branch.parse().ok());
+    let names = Box::new(call.app.names.clone());
+    ask_debugger(&call, Question::Entries(branch, names)).await
 }
 
 // --- snapshots ---

@@ -4,11 +4,16 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use tokio::sync::{Mutex, Semaphore, oneshot};
-use vimc4::Control;
+use tokio::time::timeout;
+use vimc4::{Control, Names, Sink, Time};
 
+use crate::feed::{Bell, Feed};
+use crate::limits::{HISTORY, PATIENCE};
+use crate::past::Memory;
 use crate::problem::{Kind, Problem};
 
 /// A debugger on a running controller, in the words of the console. The controller's time is paused
@@ -24,6 +29,36 @@ pub trait Debugging {
     /// A picture of the controller at the moment that is looked at.
     fn view(&self) -> Value;
 
+    /// The moment that is looked at, the one at which the controller itself is, and the branches.
+    ///
+    /// # Errors
+    ///
+    /// Why that cannot be told.
+    fn history(&mut self) -> Result<Value, String>;
+
+    /// Looks at another moment. The controller stays where it is.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no such moment.
+    fn go(&mut self, goal: Goal) -> Result<(), String>;
+
+    /// Carries out a line at the moment that is looked at. In the past that begins a branch, and what
+    /// would come of it by itself is worked out.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not carried out.
+    fn branch(&mut self, line: &str) -> Result<String, String>;
+
+    /// Reports what happened on a branch, or on the one that is looked at, and how many reports before
+    /// those lead up to it.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such branch.
+    fn happened(&mut self, branch: Option<u64>, sink: &mut dyn Sink) -> Result<u64, String>;
+
     /// Whether the end was asked for.
     fn is_over(&self) -> bool;
 }
@@ -31,14 +66,72 @@ pub trait Debugging {
 /// Ends what a debugger is doing, from another thread.
 pub type Cancel = Arc<dyn Fn() + Send + Sync>;
 
-/// Opens a debugger on a controller, in the thread in which it is then used.
-pub type Open = Arc<dyn Fn(&Control) -> Result<(Box<dyn Debugging>, Cancel), String> + Send + Sync>;
+/// A moment to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Goal {
+    /// Where the controller itself is.
+    Now,
+    /// The end of a branch.
+    End(u64),
+    /// A time, after everything that happened then: on this branch and the ones that it has left, or on
+    /// the way that is looked at.
+    At(Option<u64>, Time),
+    /// When a command began.
+    Command(u64),
+}
+
+/// Opens a debugger on a controller with its past, in the thread in which it is then used.
+pub type Open =
+    Arc<dyn Fn(&Control, &Memory) -> Result<(Box<dyn Debugging>, Cancel), String> + Send + Sync>;
 
 /// What is asked of a debugger.
 #[derive(Debug)]
 pub(crate) enum Question {
     Line(String),
     View,
+    History,
+    Go(Goal),
+    /// A line at the moment that is looked at.
+    Do(String),
+    Take,
+    /// What happened on a branch.
+    Entries(Option<u64>, Box<Names>),
+}
+
+/// As JSON.
+type Said = Result<String, String>;
+
+/// What a debugger says to it.
+fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
+    match question {
+        Question::View => return Ok(debugger.view().to_string()),
+        Question::Line(line) => {
+            return debugger.carry_out(&line).map(|text| json!({ "text": text }).to_string());
+        }
+        Question::Entries(branch, names) => return entries(debugger, branch, &names),
+        Question::History => {}
+        Question::Go(goal) => debugger.go(goal)?,
+        Question::Do(line) => drop(debugger.branch(&line)?),
+        Question::Take => drop(debugger.carry_out("take")?),
+    }
+    let mut history = debugger.history()?;
+    history["open"] = true.into();
+    history["possible"] = true.into();
+    history["view"] = debugger.view();
+    Ok(history.to_string())
+}
+
+/// What happened on a branch, as entries of the journal have it.
+fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> Said {
+    let feed = Feed::new(Arc::new(Bell::default()));
+    let before = debugger.happened(branch, &mut feed.sink())?;
+    let part = feed.after(before, HISTORY);
+    let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();
+    let (first, last) = (part.first.max(before + 1), part.last);
+    Ok(format!(
+        r#"{{"first":{first},"last":{last},"next":{last},"entries":[{}]}}"#,
+        entries.join(",")
+    ))
 }
 
 /// The place of the debugger of a controller.
@@ -47,7 +140,7 @@ pub(crate) struct Desk(Mutex<Option<Opened>>);
 
 /// A debugger that is open.
 struct Opened {
-    asks: Sender<(Question, oneshot::Sender<Result<Value, String>>)>,
+    asks: Sender<(Question, oneshot::Sender<Said>)>,
     cancel: Cancel,
     /// One asks at a time.
     turn: Arc<Semaphore>,
@@ -78,19 +171,25 @@ impl Drop for Asker {
 }
 
 impl Desk {
-    /// Asks the debugger, which is opened first if it is not open.
+    /// Whether one is open.
+    pub(crate) async fn is_open(&self) -> bool {
+        self.0.lock().await.as_mut().is_some_and(|opened| !opened.is_over())
+    }
+
+    /// Asks the debugger, which is opened first if it is not open. What it says is JSON.
     pub(crate) async fn ask(
         &self,
         open: Option<&Open>,
         control: &Control,
+        memory: &Memory,
         question: Question,
-    ) -> Result<Value, Problem> {
+    ) -> Result<String, Problem> {
         let refused = |detail: String| {
             let (detail, remedy) = detail.split_once("; ").unwrap_or((&detail, ""));
             Problem::new(Kind::NotNow, detail, remedy)
         };
         let (answer, reply) = oneshot::channel();
-        let (_turn, cancel) = {
+        let (asks, turn, cancel) = {
             let mut desk = self.0.lock().await;
             if desk.as_mut().is_none_or(Opened::is_over) {
                 let Some(open) = open else {
@@ -98,19 +197,27 @@ impl Desk {
                     let detail = "this program was started without a debugger for requests";
                     return Err(Problem::new(Kind::NotNow, detail, remedy));
                 };
-                *desk = Some(start(Arc::clone(open), control.clone()).await.map_err(refused)?);
+                let opened = start(Arc::clone(open), control.clone(), memory.clone()).await;
+                *desk = Some(opened.map_err(refused)?);
             }
             let Some(opened) = desk.as_ref() else { return Err(gone()) };
-            let turn = Arc::clone(&opened.turn).try_acquire_owned().map_err(|_| {
-                let remedy = "wait for it; deleting the debugger ends what it does";
-                Problem::new(Kind::NotNow, "the debugger does something else", remedy)
-            })?;
-            opened.asks.send((question, answer)).map_err(|_| gone())?;
-            (turn, Arc::clone(&opened.cancel))
+            (opened.asks.clone(), Arc::clone(&opened.turn), Arc::clone(&opened.cancel))
         };
+        // What only looks is done soon, and waits for others that look.
+        let patience = match question {
+            Question::Line(_) => Duration::ZERO,
+            _ => PATIENCE,
+        };
+        let turn = timeout(patience, turn.acquire_owned()).await.map_err(|_| {
+            let remedy = "wait for it; deleting the debugger ends what it does";
+            Problem::new(Kind::NotNow, "the debugger does something else", remedy)
+        })?;
+        asks.send((question, answer)).map_err(|_| gone())?;
+        drop(asks);
         let mut asker = Asker(Some(cancel));
         let said = reply.await;
         asker.0 = None;
+        drop(turn);
         said.map_err(|_| gone())?.map_err(|wrong| {
             let (detail, remedy) =
                 wrong.split_once("; ").unwrap_or((&wrong, "the line `help` lists all"));
@@ -135,31 +242,26 @@ fn gone() -> Problem {
 }
 
 /// Opens a debugger in a thread of its own.
-async fn start(open: Open, control: Control) -> Result<Opened, String> {
-    let (asks, asked) = channel::<(Question, oneshot::Sender<Result<Value, String>>)>();
+async fn start(open: Open, control: Control, memory: Memory) -> Result<Opened, String> {
+    let (asks, asked) = channel::<(Question, oneshot::Sender<Said>)>();
     let (opened, opening) = oneshot::channel();
     let (end, ended) = oneshot::channel();
     let serve = move || {
-        match open(&control) {
+        match open(&control, &memory) {
             Err(wrong) => drop(opened.send(Err(wrong))),
             Ok((mut debugger, cancel)) => {
                 let _ = opened.send(Ok(cancel));
-                for (question, answer) in asked {
-                    let said = match question {
-                        Question::View => Ok(debugger.view()),
-                        Question::Line(line) => {
-                            debugger.carry_out(&line).map(|text| json!({ "text": text }))
-                        }
-                    };
+                for (question, asker) in asked {
+                    let said = answer(&mut *debugger, question);
                     let is_over = debugger.is_over();
                     if is_over {
                         // Its controller goes on before that is answered.
                         drop(debugger);
                         let _ = end.send(());
-                        let _ = answer.send(said);
+                        let _ = asker.send(said);
                         return;
                     }
-                    let _ = answer.send(said);
+                    let _ = asker.send(said);
                 }
                 drop(debugger);
             }

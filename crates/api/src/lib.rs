@@ -39,12 +39,14 @@ mod feed;
 mod files;
 mod guard;
 mod limits;
+mod past;
 mod problem;
 mod served;
 mod server;
 mod table;
 
-pub use debugger::{Cancel, Debugging, Open};
+pub use debugger::{Cancel, Debugging, Goal, Open};
 pub use entry::KINDS;
 pub use guard::Token;
+pub use past::{Memory, Past};
 pub use server::{Place, Server, ServerError};

@@ -33,6 +33,15 @@ pub(crate) const SNAPSHOTS: usize = 100;
 /// So many breakpoints can be set.
 pub(crate) const BREAKPOINTS: usize = 1_000;
 
+/// The past of a controller is kept in two parts, each of so many inputs at most,
+pub(crate) const PAST_INPUTS: usize = 50_000;
+
+/// of so many bytes,
+pub(crate) const PAST_BYTES: usize = 16 * 1024 * 1024;
+
+/// and of so many rounds in which everything was done that was due.
+pub(crate) const PAST_ROUNDS: u64 = 500_000;
+
 /// So many positions a second may be asked for.
 pub(crate) const POSITIONS: u32 = 60;
 

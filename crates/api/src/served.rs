@@ -15,6 +15,7 @@ use crate::debugger::{Desk, Open};
 use crate::feed::{Bell, Feed};
 use crate::guard::Token;
 use crate::limits::{JOURNEYS, Rate, SOCKETS};
+use crate::past::Memory;
 use crate::problem::{Kind, Problem};
 
 /// Everything that requests are about.
@@ -54,6 +55,8 @@ pub(crate) struct Served {
     pub(crate) about: Value,
     pub(crate) snapshots: Snapshots,
     pub(crate) desk: Desk,
+    /// Its past, if it can be looked at.
+    pub(crate) memory: Memory,
     position: Turn<Option<(Instant, Arc<Position>)>>,
 }
 
@@ -131,9 +134,14 @@ impl App {
             }
             let feed = Feed::new(Arc::clone(&bell));
             control.watch(feed.sink()).await?;
+            let memory = Memory::default();
+            if debugger.is_some() {
+                control.watch(memory.clone()).await?;
+            }
             let about = about(number, emulator, &control, &names);
             let (snapshots, desk, position) = Default::default();
-            controllers.push(Served { control, feed, about, snapshots, desk, position });
+            let served = Served { control, feed, about, snapshots, desk, memory, position };
+            controllers.push(served);
         }
         Ok(App {
             controllers,

@@ -32,6 +32,18 @@ const SPAN: &[Field] = &[Field::needed("span", Of::Text, "how far, with a unit",
 const CONDITION: &[Field] =
     &[Field::needed("condition", Of::Text, "as behind `run until`", "x > 2500")];
 const NAME: &[Field] = &[Field::optional("name", Of::Text, "what it is called", "before")];
+const MOMENT: &[Field] = &[
+    Field::optional("at", Of::Number, "a time, in nanoseconds", "1500000000"),
+    Field::optional("branch", Of::Number, "on this branch; without a time, its end", "0"),
+    Field::optional("command", Of::Number, "instead: when the command of this number began", "12"),
+    Field::optional("entry", Of::Number, "instead: when this entry of the journal happened", "7"),
+];
+const DEED: &[Field] = &[
+    Field::optional("order", Of::Text, "as on standard input", "hold estop"),
+    Field::optional("send", Of::Text, "or bytes, a character for each", "@0P\r"),
+];
+const BRANCH: &[Field] =
+    &[Field::optional("branch", Of::Number, "of this branch, instead of the present one", "0")];
 const FAULT: &[Field] =
     &[Field::needed("fault", Of::Text, "as behind `fault`", "drop to-host once")];
 const RULES: &[Field] =
@@ -105,9 +117,19 @@ routes! {
     POST "/v1/controllers/{n}/debugger" NONE DEBUG "Said" debug
         "Step forward and back, ask why and what if, in the words of the console; pauses time";
     GET "/v1/controllers/{n}/debugger/view" NONE NONE "View" debugger_view
-        "Everything that is visible at the moment that the debugger looks at";
+        "Everything that is visible at the moment that the debugger looks at, or now if it is not open";
     DELETE "/v1/controllers/{n}/debugger" NONE NONE "Done" close_debugger
         "Close the debugger: the controller goes on";
+    GET "/v1/controllers/{n}/history" NONE NONE "History" history
+        "The past that is kept, and the moment that is looked at, if the debugger is open";
+    POST "/v1/controllers/{n}/history/go" NONE MOMENT "History" go
+        "Look at a moment, or without one at the present; opens the debugger, which pauses time";
+    POST "/v1/controllers/{n}/history/do" NONE DEED "History" do_there
+        "Do something at the moment that is looked at: in the past that begins a branch";
+    POST "/v1/controllers/{n}/history/take" NONE NONE "History" take
+        "Take the controller itself to the moment that is looked at";
+    GET "/v1/controllers/{n}/history/entries" BRANCH NONE "Journal" history_entries
+        "What happened on a branch, as in the journal; the last 10,000 entries of it";
     GET "/v1/controllers/{n}/journal" PAGE NONE "Journal" journal
         "What happened, numbered and oldest first; `next` goes on from there as `after`";
     GET "/v1/controllers/{n}/faults" NONE NONE "Faults" faults "The faults that there are";

@@ -569,7 +569,7 @@ impl<D: Device> History<D> {
     }
 
     /// Begins a branch at the present moment with another state of the device, which is put in by
-    /// hand. The present moves there.
+    /// hand. The present moves there, and to the time of that state, which may be an earlier one.
     pub fn fork(&mut self, name: impl Into<String>, state: D::State) {
         self.device.restore(state);
         self.outputs.clear();
@@ -766,7 +766,8 @@ impl<D: Device> History<D> {
     /// Begins a branch at the present moment.
     fn part(&mut self) {
         let from = self.present;
-        let first = Moment { at: from.moment.at, ..Moment::default() };
+        // A state that was put in by hand may be of another time.
+        let first = Moment { at: self.device.now(), ..Moment::default() };
         let branch = BranchId(self.tracks.len() as u32);
         let name = format!("branch {}", branch.0);
         self.tracks.push(Track::new(name, Some(from), first, &self.device, self.watched));

@@ -108,6 +108,25 @@ fn an_input_in_the_past_begins_a_branch_and_leaves_the_rest() {
 }
 
 #[test]
+fn a_state_of_an_earlier_time_begins_a_branch_at_that_time() {
+    let mut history = driven(Limits::default());
+    history.go_to_time(ms(52));
+    let (state, there) = (history.device().state(), history.device().clone());
+    history.go_to_end(BranchId(0));
+    history.fork("put back", state);
+    assert_eq!((history.now(), history.device().now()), (ms(52), ms(52)));
+    history.run_to(ms(60));
+    assert_eq!(history.now(), ms(60));
+    let branch = history.branches().nth(1).unwrap();
+    assert_eq!((branch.first.at, branch.parted.unwrap().moment.at), (ms(52), ms(200)));
+    // On the way to its end a time is one of the branch from its first one on, and else of the trunk.
+    history.go_to_time(ms(52));
+    assert_eq!((history.present().branch, history.device()), (BranchId(1), &there));
+    history.go_to_time(ms(51));
+    assert_eq!(history.present().branch, BranchId(0));
+}
+
+#[test]
 fn an_input_at_the_end_begins_none() {
     let mut history = driven(Limits::default());
     history.give(Input::Bytes(b"p\r"));

@@ -6,11 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use vimc4::{Control, Emulator, Report, Reports};
+#[cfg(feature = "api")]
+use vimc4_catalogue::Controller;
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::{
     Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
 use vimc4_device::{Device, Time, View, parse_duration};
+#[cfg(feature = "api")]
+use vimc4_timeline::History;
 use vimc4_timeline::Progress;
 
 use super::reading::Shown;
@@ -182,10 +186,16 @@ impl Session {
         Ok(Session { live: Some(live), others, ..session })
     }
 
-    /// A controller that runs for others, and goes on afterwards.
+    /// A controller that runs for others, and goes on afterwards. `past` gives its history, if that is
+    /// known.
     #[cfg(feature = "api")]
-    pub(crate) fn beside(control: &Control, who: &str, cancel: Cancel) -> Result<Session, Wrong> {
-        let (live, debugger) = Live::with(control, who, None)?;
+    pub(crate) fn beside(
+        control: &Control,
+        who: &str,
+        cancel: Cancel,
+        past: impl FnOnce(&Controller) -> Option<History<Controller>>,
+    ) -> Result<Session, Wrong> {
+        let (live, debugger) = Live::with(control, who, None, past)?;
         let session = Session::new(debugger, Arc::clone(control.machine()), cancel);
         Ok(Session { live: Some(live), ..session })
     }

@@ -221,7 +221,7 @@ impl Served {
             .iter()
             .filter(|(name, _)| names.is_empty() || names.contains(&name.as_str()));
         let attached = meant.map(|(name, control)| {
-            let followed = Live::with(control, "the debugger", Some(Arc::clone(ring)));
+            let followed = Live::with(control, "the debugger", Some(Arc::clone(ring)), |_| None);
             let followed = followed.map_err(Refusal)?;
             let name = match self.controls.len() {
                 1 => control.model().name().to_owned(),

@@ -45,18 +45,23 @@ export function clock(app: App): Part {
   let taken = 0;
   const take = () => post("snapshots", { name: `${say("moments")} ${++taken}` });
 
-  return {
-    element: card("clock", say("clock"),
+  const element = card("clock", say("clock"),
       h("div", { class: "bar" }, now, state),
       h("div", { class: "bar" }, h("label", {}, `${say("pace")} `, pace), pause, step, cancel),
       advance, until,
       h("h3", {}, say("breakpoints")), points,
       form(say("condition"), say("add"), "x > 1000", (condition) => post("breakpoints", { condition })),
-      h("h3", {}, say("moments")), moments, h("button", { onclick: take }, say("takeMoment"))),
-    show(machine: Machine) {
-      const { clock, breakpoints, snapshots, position, view } = machine;
+      h("h3", {}, say("moments")), moments, h("button", { onclick: take }, say("takeMoment")));
+  return {
+    element,
+    show(shown: Machine) {
+      // In the past the time line leads.
+      element.inert = app.past?.isOpen ?? false;
+      const machine = app.machine ?? shown;
+      const { clock, breakpoints, snapshots } = machine;
+      const { position, view } = shown;
       const at = Math.max(clock?.now ?? 0, position?.at ?? 0, view?.at ?? 0);
-      put(now, seconds(clock?.paused ? clock.paused.at : at));
+      put(now, seconds(shown !== machine ? view?.at ?? 0 : clock?.paused ? clock.paused.at : at));
       cancel.hidden = journeys === 0;
       if (!clock) return;
       const { paused } = clock;

@@ -13,7 +13,7 @@ const READY = [
 ] as const;
 
 export function faults(app: App): Part {
-  const begin = (fault: string) => void app.act((path) => app.api.post(`${path}/faults`, { fault }));
+  const begin = (fault: string) => app.act((path) => app.api.post(`${path}/faults`, { fault }));
   const jams = h("span", { class: "jams" });
   const jamRows = new Rebuilt(jams);
   const ways = h("datalist", { id: "fault-ways" });
@@ -31,21 +31,25 @@ export function faults(app: App): Part {
   field.onfocus = field.oninput = () => void complete();
   const submit = (event: Event) => {
     event.preventDefault();
-    if (field.value.trim() !== "") begin(field.value.trim());
-    field.value = "";
+    const fault = field.value;
+    // What was refused stays, to be mended.
+    if (fault.trim() !== "") void begin(fault.trim()).then((isDone) => isDone && field.value === fault && (field.value = ""));
   };
   const list = h("ul", { class: "list", attrs: { "aria-label": say("active") } });
   const rows = new Rebuilt(list);
-  return {
-    element: card("faults", say("faults"),
+  const element = card("faults", say("faults"),
       h("div", { class: "bar", attrs: { role: "group", "aria-label": say("oftenUsed") } },
-        ...READY.map(([word, fault]) => h("button", { title: `fault ${fault}`, onclick: () => begin(fault) }, say(word))), jams),
+        ...READY.map(([word, fault]) => h("button", { title: `fault ${fault}`, onclick: () => void begin(fault) }, say(word))), jams),
       h("form", { class: "bar", onsubmit: submit }, field, ways, h("button", { type: "submit" }, say("begin"))),
-      list),
+      list);
+  return {
+    element,
     show(machine: Machine) {
+      // They belong to the line, which has no past.
+      element.inert = app.past?.isOpen ?? false;
       const axes = machine.about.axes.filter((axis) => axis.scale).map((axis) => axis.name);
       jamRows.from(axes, () => axes.map((name) =>
-        h("button", { title: `fault jam ${name.toLowerCase()}`, onclick: () => begin(`jam ${name.toLowerCase()}`) }, `${say("jamAxis")} ${name}`)));
+        h("button", { title: `fault jam ${name.toLowerCase()}`, onclick: () => void begin(`jam ${name.toLowerCase()}`) }, `${say("jamAxis")} ${name}`)));
       rows.from(machine.faults, () => {
         const active = machine.faults.filter((fault) => fault.stage !== "over");
         const shown = active.map(({ number, fault, struck }) =>

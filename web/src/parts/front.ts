@@ -38,8 +38,7 @@ export function front(app: App): Part {
   const turn = (signal: Signal): HTMLElement => {
     const positions = signal.positions ?? ["0", "1"];
     const buttons = positions.map((position, value) => {
-      const put = () => void app.act((path) =>
-        app.api.ask("PUT", `${path}/signals/${encodeURIComponent(signal.name)}`, { value }));
+      const put = () => void app.set(signal.name, value);
       return h("button", { onclick: put, attrs: { "data-signal": signal.name, "data-position": position } }, named(position));
     });
     shown.set(signal.name, (now) =>
@@ -58,8 +57,10 @@ export function front(app: App): Part {
       const isOn = machine.view?.powered ?? true;
       const program = machine.view?.details.program;
       const line = program?.marker != null ? `, ${translated("line")} ${program.marker + 1}` : "";
-      put(state, translated(machine.activity) + line);
-      mark(lamp, "data-state", isOn ? (machine.position?.moving ? "moves" : "on") : "off");
+      const held = isOn ? machine.holdsBack : null;
+      put(state, (held ? `${say(held)} · ` : "") + translated(machine.activity) + line);
+      mark(state, "data-held", String(held !== null));
+      mark(lamp, "data-state", isOn ? held ? "held" : machine.position?.moving ? "moves" : "on" : "off");
       put(mains, say(isOn ? "powerOff" : "powerOn"));
       mains.dataset.order = isOn ? "power off" : "power on";
       const place = (signal: Signal) => (ORDER.indexOf(signal.name) + ORDER.length + 1) % (ORDER.length + 1);

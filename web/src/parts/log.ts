@@ -27,8 +27,9 @@ export function log(app: App): Part {
   const send = (event: Event) => {
     event.preventDefault();
     if (line.value === "") return;
-    void app.act((path) => app.api.post(`${path}/line`, { send: `${line.value}\r` }));
-    line.value = "";
+    const sent = line.value;
+    // What was refused stays, to be mended.
+    void app.send(sent).then((isSent) => isSent && line.value === sent && (line.value = ""));
   };
 
   let of: Machine | null = null;
@@ -38,6 +39,8 @@ export function log(app: App): Part {
   let limit = PAGE;
   let first = 0;
   let rows: HTMLElement[] = [];
+  /** The way that the matches are of, where the past is shown. */
+  let way: Entry[] | null = null;
 
   const matching = (): ((entry: Entry) => boolean) => {
     const isShown = SHOWN[which.value]!;
@@ -55,9 +58,17 @@ export function log(app: App): Part {
       ["entry", figure(entry.number)], ["time", seconds(entry.at, 6)], ["kind", translated(entry.kind)],
       ["bytes", entry.bytes], ["why", entry.why],
     ];
+    const jump = h("button", { onclick: () => look(entry) }, say("lookAt"));
     detail.replaceChildren(...pairs.flatMap(([word, text]) =>
-      text === undefined ? [] : [h("dt", {}, say(word)), h("dd", {}, text)]));
+      text === undefined ? [] : [h("dt", {}, say(word)), h("dd", {}, text)]),
+    ...(app.past?.history?.possible ? [h("dt"), h("dd", {}, jump)] : []));
     row.append(detail);
+  };
+
+  const look = (entry: Entry) => {
+    const { past } = app;
+    const branch = past?.isOpen ? past.branchOf(entry) : undefined;
+    void past?.go(branch === undefined ? { at: entry.at } : { branch, at: entry.at });
   };
 
   const row = (entry: Entry): HTMLElement => {
@@ -71,7 +82,7 @@ export function log(app: App): Part {
   };
 
   const again = () => {
-    [taken, matches, rows, first] = [0, [], [], 0];
+    [taken, matches, rows, first, way] = [0, [], [], 0, null];
     list.replaceChildren();
     edition = -1;
     app.changed();
@@ -94,6 +105,33 @@ export function log(app: App): Part {
     if (event.timeStamp - touched < 1_000) follow.checked = isAtEnd;
   };
 
+  /** A part of the way around the moment that is looked at; what came later is faint. */
+  const around = (machine: Machine) => {
+    if (way !== machine.entries) {
+      way = machine.entries;
+      matches = way.filter(matching());
+      rows = [];
+    }
+    const reached = machine.reached ?? 0;
+    let now = matches.findIndex((entry) => entry.number > reached);
+    if (now < 0) now = matches.length;
+    const isIn = rows.length > 0 && now >= first && now <= first + rows.length;
+    const isNear = isIn && (now - first > PAGE / 6 || first === 0) && (first + rows.length - now > PAGE / 6 || first + rows.length === matches.length);
+    if (!isNear) {
+      first = Math.max(0, Math.min(now - PAGE / 2, matches.length - PAGE));
+      rows = matches.slice(first, first + PAGE).map(row);
+      list.replaceChildren(...rows);
+    }
+    for (const [i, element] of rows.entries()) {
+      element.classList.toggle("later", first + i >= now);
+      mark(element, "aria-current", first + i === now - 1 ? "step" : null);
+    }
+    earlier.hidden = true;
+    put(count, `${figure(now)} ${say("of")} ${figure(matches.length)} ${say("entries")}`);
+    const current = rows[now - 1 - first];
+    if (current && follow.checked) list.scrollTop = current.offsetTop - list.offsetTop - list.clientHeight / 2;
+  };
+
   return {
     element: card("log", say("conversation"),
       h("div", { class: "bar" }, field, which, h("label", { class: "tick" }, follow, say("follow"))),
@@ -101,13 +139,14 @@ export function log(app: App): Part {
       h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit" }, say("send")))),
     show(machine: Machine) {
       const lastKnown = taken > 0 ? machine.entries.findLastIndex((entry) => entry.number <= taken) : -1;
-      if (machine !== of || (taken > 0 && lastKnown < 0)) {
+      if (machine !== of || (taken > 0 && lastKnown < 0) || (way && machine.entries !== way)) {
         of = machine;
         detail.hidden = true;
         return again();
       }
       if (machine.edition === edition) return;
       edition = machine.edition;
+      if (machine.reached !== null) return around(machine);
       const isMatch = matching();
       const added: Entry[] = [];
       for (let i = lastKnown + 1; i < machine.entries.length; i++) {
@@ -116,11 +155,14 @@ export function log(app: App): Part {
         if (isMatch(entry)) added.push(entry);
       }
       matches.push(...added);
+      // What the machine no longer keeps is not found either.
+      const oldest = machine.entries[0]?.number ?? 0;
+      if (matches[0] && matches[0].number < oldest) matches.splice(0, matches.findIndex(({ number }) => number >= oldest));
       const news = added.slice(-limit).map(row);
       rows.push(...news);
       list.append(...news);
       while (rows.length > limit) rows.shift()!.remove();
-      first = matches.length - rows.length;
+      first = Math.max(0, matches.length - rows.length);
       earlier.hidden = first === 0;
       const missing = machine.missing > 0 ? ` · ${figure(machine.missing)} ${say("missing")}` : "";
       put(count, `${figure(matches.length)} ${say("of")} ${figure(machine.entries.length)} ${say("entries")}${missing}`);

@@ -16,8 +16,7 @@ export function ports(app: App): Part {
   let bits: HTMLElement[][] = [];
   let words: HTMLElement[] = [];
   const shown = new Map<string, (signal: Signal) => void>();
-  const set = (name: string, value: number) =>
-    void app.act((path) => app.api.ask("PUT", `${path}/signals/${encodeURIComponent(name)}`, { value }));
+  const set = (name: string, value: number) => void app.set(name, value);
 
   const input = (signal: Signal): HTMLElement => {
     const text = signal.terminal ? `${signal.name} (${signal.terminal})` : signal.name;

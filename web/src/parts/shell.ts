@@ -57,6 +57,8 @@ export function shell(app: App, redraw: () => void): Shell {
     if (!isError) timer = window.setTimeout(() => (notice.hidden = true), NOTICE);
   };
 
+  app.onNoticeOver = () => (notice.hidden = true);
+
   return {
     head: h("header", {},
       h("a", { class: "skip", href: "#front" }, say("skip")),
@@ -78,7 +80,7 @@ export function shell(app: App, redraw: () => void): Shell {
         mark(tab, "aria-current", one === machine ? "true" : null);
         put(tab.querySelector<HTMLElement>(".does")!, translated(one.activity));
         const isOn = one.view?.powered ?? true;
-        mark(tab.querySelector(".lamp")!, "data-state", isOn ? (one.position?.moving ? "moves" : "on") : "off");
+        mark(tab.querySelector(".lamp")!, "data-state", isOn ? one.holdsBack ? "held" : one.position?.moving ? "moves" : "on" : "off");
       }
     },
   };

@@ -28,7 +28,7 @@ export function view(app: App): Part {
     return h("button", { onclick: look, attrs: { "aria-pressed": String(way === "isometric") } }, say(way));
   });
   const clear = () => {
-    app.machine?.path.clear();
+    app.shown?.path.clear();
     app.changed();
   };
   const element = card("machine", say("machine"),
