@@ -1,6 +1,6 @@
 //! `--plot`: a picture of what a controller does.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{self, PathBuf};
 use std::process::{Command, Stdio};
@@ -13,6 +13,7 @@ use vimc4_motion::{Path, Profile, Segment};
 use vimc4_picture::{Axis, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
+use crate::output::{create, unwritable};
 use crate::text;
 
 /// What is written of what is done, besides its answers.
@@ -42,7 +43,7 @@ impl Shown {
                 }
             };
             let path = PathBuf::from(path);
-            created(&path)?;
+            create(&path)?;
             let drawing = drawing.get_or_insert_with(|| Drawing::new(frame.clone()));
             drawing.exports.push((write, path));
         }
@@ -115,7 +116,7 @@ impl Pictured {
                 )));
             }
         };
-        created(path)?;
+        create(path)?;
         let views = self.plot_view.iter().map(|view| match view {
             ViewName::Top => View::Top,
             ViewName::Front => View::Front,
@@ -237,19 +238,8 @@ impl Drawing {
     }
 }
 
-fn created(path: &path::Path) -> Result<(), Failure> {
-    File::create(path).map(drop).map_err(|error| unwritable(path, &error))
-}
-
 fn written(path: &path::Path, bytes: &[u8]) -> Result<(), Failure> {
     fs::write(path, bytes).map_err(|error| unwritable(path, &error))
-}
-
-fn unwritable(path: &path::Path, error: &io::Error) -> Failure {
-    Failure::usage(format!(
-        "cannot write {}: {error}; name a file in a folder that can be written to",
-        path.display()
-    ))
 }
 
 /// Shows a file in the program that the desktop has for it. If there is none, that is said: the file is

@@ -1,6 +1,8 @@
 //! Standard output, where what was asked for goes.
 
+use std::fs::File;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::failure::Failure;
@@ -23,6 +25,24 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// A new file for what is drawn, at a name that somebody has given.
+pub(crate) fn create(path: &Path) -> Result<File, Failure> {
+    if path == Path::new("-") {
+        return Err(Failure::usage(
+            "`-` is where the report goes, and this needs a file; name one, or `./-` for one of that name",
+        ));
+    }
+    File::create(path).map_err(|error| unwritable(path, &error))
+}
+
+/// Why a file cannot be written.
+pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    Failure::usage(format!(
+        "cannot write {}: {error}; name a file in a folder that can be written to",
+        path.display()
+    ))
 }
 
 /// Help and version are requested output; any other message of the command-line parser is an error.

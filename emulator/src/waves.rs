@@ -13,6 +13,7 @@ use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
 use crate::failure::Failure;
+use crate::output::create;
 use crate::identity::Identity;
 use crate::places::numbered;
 
@@ -208,8 +209,7 @@ const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
 impl Page {
     fn new(path: PathBuf) -> Result<Page, Failure> {
-        let file = File::create(&path)
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
+        let file = create(&path)?;
         let (outcome, began) = (Ok(()), Instant::now());
         let written = Written { path, file, size: 0, outcome, began, bar: None };
         Ok(Page(Arc::new(Mutex::new(written))))

@@ -155,6 +155,8 @@ fn what_is_wrong_is_said_before_anything_is_done() {
         ("--plot nowhere/out.svg", "cannot write nowhere/out.svg"),
         ("--as step out.step", "--as step: this is not a format"),
         ("--as gcode nowhere/out.nc", "cannot write nowhere/out.nc"),
+        ("--as gcode -", "`-` is where the report goes"),
+        ("--vcd -", "`-` is where the report goes"),
         ("--plot-view top", "--plot <OUT>"),
         ("--plot a.svg --plot-view below", "top, front, side, iso, time"),
     ] {

@@ -144,6 +144,13 @@ impl Profile {
         Some(Profile { kind })
     }
 
+    /// The steps, in order, with which a part ends in which the step frequency only rises, only falls or
+    /// stays: where ramps begin and end. The last is the last step.
+    #[must_use]
+    pub fn knees(&self) -> Vec<u64> {
+        self.phases().into_iter().map(|phase| phase.to).collect()
+    }
+
     /// The parts in which the step frequency only rises, only falls or stays, in order.
     pub(crate) fn phases(&self) -> Vec<Phase> {
         match &self.kind {

@@ -98,11 +98,15 @@ fn graph(
     scene.line("frame", pen(GREY, 1.0), area.outline());
     let mut units: Vec<&str> = moving.iter().map(|axis| frame.unit(*axis)).collect();
     units.dedup();
-    let unit = units.join(", ");
-    let title = match quantity {
-        Quantity::Position => format!("position, {unit}"),
-        Quantity::Speed => format!("speed, {unit}/s"),
-        Quantity::Acceleration => format!("acceleration, {unit}/s²"),
+    let (name, per) = match quantity {
+        Quantity::Position => ("position", ""),
+        Quantity::Speed => ("speed", "/s"),
+        Quantity::Acceleration => ("acceleration", "/s²"),
+    };
+    let title = match units.join(", ") {
+        // Nothing has moved.
+        unit if unit.is_empty() => name.to_owned(),
+        unit => format!("{name}, {unit}{per}"),
     };
     scene.text((area.left, area.top - 6.0), title, 12.0, INK, Anchor::Start);
     for (axis, curve) in curves {
@@ -145,21 +149,25 @@ fn sampled(
         } else {
             curve.put(leg.began, 0.0);
         }
-        let first = leg.began.nanos_since(began);
-        let length = leg.ends.nanos_since(leg.began);
-        // A column each, but a short motion is looked at closely enough to see its ramps.
-        let across = u128::from(length) * u128::from(columns) / u128::from(span);
-        let pieces = u64::try_from(across).unwrap_or(columns).clamp(1, columns) * 2;
-        let pieces = if across >= 1 { pieces.max(48) } else { 4 };
-        for piece in 0..=pieces {
-            let nanos = (u128::from(length) * u128::from(piece) / u128::from(pieces)) as u64;
-            let at = began.after_nanos(first + nanos);
-            let value = match quantity {
-                Quantity::Position => place(leg.from[axis] + leg.offset(leg.steps_at(at))[axis]),
-                Quantity::Speed => speed(leg, axis, at) * scale,
-                Quantity::Acceleration => acceleration(leg, axis, at) * scale,
-            };
-            curve.put(at, value);
+        let mut from = leg.began;
+        for knee in leg.knees() {
+            let length = knee.nanos_since(from);
+            // Two a column, but a ramp is looked at closely however short it is.
+            let across = u128::from(length) * u128::from(columns) / u128::from(span);
+            let pieces = (u64::try_from(across).unwrap_or(columns).min(columns) * 2).max(16);
+            for piece in 0..=pieces {
+                let nanos = (u128::from(length) * u128::from(piece) / u128::from(pieces)) as u64;
+                let at = from.after_nanos(nanos);
+                let value = match quantity {
+                    Quantity::Position => {
+                        place(leg.from[axis] + leg.offset(leg.steps_at(at))[axis])
+                    }
+                    Quantity::Speed => speed(leg, axis, at) * scale,
+                    Quantity::Acceleration => acceleration(leg, axis, at) * scale,
+                };
+                curve.put(at, value);
+            }
+            from = knee;
         }
         if quantity == Quantity::Position {
             curve.put(leg.ends, place(leg.to()[axis]));
@@ -175,11 +183,13 @@ fn speed(leg: &Leg, axis: usize, at: Time) -> f64 {
     leg.frequency(at) * leg.shares(leg.steps_at(at))[axis]
 }
 
-/// Steps per second squared of an axis, over a hundredth of the motion. A motor that starts without a
-/// ramp has none that could be drawn, so it counts from the first step to the last.
+/// Steps per second squared of an axis: what its speed changes by in a millisecond or two. On a circle it
+/// changes with each step, so there some steps are taken together. A motor that starts without a ramp has
+/// none that could be drawn, so it counts from the first step to the last.
 fn acceleration(leg: &Leg, axis: usize, at: Time) -> f64 {
     let length = leg.ends.nanos_since(leg.began);
-    let half = (length / 200).max(1);
+    let some = if leg.is_straight() { 0.0 } else { 8e9 / leg.frequency(at).max(1.0) };
+    let half = (length / 200).min((some as u64).max(1_000_000)).max(1);
     // At its last step a motion is at rest already.
     let most = length.saturating_sub(2 * half).max(half);
     let nanos = at.nanos_since(leg.began).clamp(half, most);

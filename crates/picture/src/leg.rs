@@ -121,6 +121,23 @@ impl Leg {
         }
     }
 
+    /// When its ramps begin and end, its own end included.
+    pub(crate) fn knees(&self) -> Vec<Time> {
+        let steps = match &self.course {
+            Course::Made(segment) => segment.profile.knees(),
+            Course::Together(_) => Vec::new(),
+        };
+        let before = steps.into_iter().filter(|step| *step < self.made);
+        let mut knees: Vec<Time> = before.map(|step| self.time_of(step)).collect();
+        knees.push(self.ends);
+        knees
+    }
+
+    /// Whether the axes keep their shares of the way.
+    pub(crate) fn is_straight(&self) -> bool {
+        !matches!(&self.course, Course::Made(segment) if !matches!(segment.path, Path::Line(_)))
+    }
+
     /// How much of a step each axis makes with a clock step, on average around one.
     pub(crate) fn shares(&self, step: u64) -> [f64; AXES] {
         match &self.course {

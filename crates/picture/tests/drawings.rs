@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 
 use vimc4_device::{Event, Motion};
-use vimc4_motion::{AXES, Path, Point, Profile, Segment, StraightLine, Time};
+use vimc4_motion::{AXES, Path, Point, Profile, Ramp, Segment, StraightLine, Time};
 use vimc4_picture::{Axis, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
 
 mod reader;
@@ -235,4 +235,25 @@ fn the_dots_are_where_the_lines_are() {
             |one: (f64, f64), other: (f64, f64)| ((one.0 + other.0) / 2.0, (one.1 + other.1) / 2.0);
         assert_eq!(at(middle(path[0], path[1])), [29, 78, 216]);
     }
+}
+
+/// However long a motion is, its ramps are as steep as they are.
+#[test]
+fn the_ramps_of_a_long_motion_are_seen() {
+    let path = Path::Line(StraightLine::new([20_000_000, 0, 0, 0, 0, 0]));
+    let ramp = Ramp { start_stop: 300, acceleration: 50 };
+    let profile = Profile::new(path.length(), 10_000, ramp);
+    let (steps, end) = (path.length(), Time::ZERO.after_nanos(profile.duration()));
+    let segment = Box::new(Segment { path, profile });
+    let mut plot = Plot::new();
+    plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin: [0; AXES], segment }));
+    plot.see(end, &Event::Motion(Motion::Ends { steps }));
+    let svg = Picture::of(&plot, &frame(), &[View::Time], Colouring::Kind).svg();
+    // 50 Hz/ms are 500 mm/s², up at the beginning and down at the end.
+    let labels = |text: &str| svg.matches(&format!(">{text}</text>")).count();
+    assert_eq!((labels("-500"), labels("500")), (1, 3 + 1), "three times are 500 s, too");
+    let curve = svg.lines().rfind(|line| line.contains("class=\"curve\"")).unwrap();
+    assert!(curve.contains("M80 557l0-67") && curve.ends_with("0 36.5 .1 0 0-67\"/>"), "{curve}");
+    let nothing = Picture::of(&Plot::new(), &frame(), &[View::Time], Colouring::Kind).svg();
+    assert!(nothing.contains(">speed<") && nothing.contains(">position<"), "{nothing}");
 }
