@@ -13,8 +13,8 @@ use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
 use crate::failure::Failure;
-use crate::output::create;
 use crate::identity::Identity;
+use crate::output::create;
 use crate::places::numbered;
 
 /// What is to be drawn, and where.

@@ -192,6 +192,22 @@ fn the_debugger_goes_forward_and_back() -> Outcome {
     });
     assert_eq!(x("/clock")["paused"], Value::Null);
 
+    // Somebody else has let time go on meanwhile: what a host sends afterwards arrives as it was sent.
+    debug("send @0P");
+    assert_eq!(request(&address, "POST", "/clock/resume", &Value::Null).0, 200);
+    for line in ["nonsense", "step command", "step command", ""] {
+        debug(line);
+    }
+    assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).0, 200);
+    let last = x("/journal")["last"].clone();
+    request(&address, "POST", "/line", &json!({ "send": "@0P\r" }));
+    assert_eq!(request(&address, "POST", "/clock/run-until", &idle).0, 200);
+    let said = x(&format!("/journal?after={last}&kinds=command,answer"))["entries"].clone();
+    assert_eq!(
+        (&said[0]["bytes"], &said[1]["bytes"]),
+        (&json!("@0P"), &json!("0001388000000000000"))
+    );
+
     let (_serve, _, address) = serve(folder.path(), &["--time", "manual", "--web"]);
     let refused = request(&address, "POST", "/debugger", &json!({ "line": "where" }));
     assert_eq!(refused.0, 409);
