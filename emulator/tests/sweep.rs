@@ -81,10 +81,24 @@ fn a_recorded_session_gives_the_same_whoever_sweeps_it() {
     assert!(said.contains("limit.jsonl: "), "{said}");
     let (code, _, errors) = run(folder.path(), &["sweep", "merge", "1", "2", "3", "--out", "1"]);
     assert!(code == 2 && errors.contains("1 has results already"), "{errors}");
-    // Another session belongs elsewhere.
+    // Another sweep belongs elsewhere, also if it has as many points in the same places.
     let other = ["sweep", LIMIT, "--only", "stop", "--out", "one", "--resume"];
     let (code, _, errors) = run(folder.path(), &other);
-    assert!(code == 2 && errors.contains("of another session or host"), "{errors}");
+    assert!(code == 2 && errors.contains("the results of another sweep: the harms"), "{errors}");
+    let part = |only: &str, shard: &str, out: &str| {
+        let what = ["sweep", LIMIT, "--modes", "transient", "--only", only];
+        run(folder.path(), &[&what[..], &["--shard", shard, "--out", out]].concat())
+    };
+    let dropped = "the harms are `dropped` there and `garbled` here";
+    assert_eq!(part("dropped", "1/2", "dropped").0, 0);
+    // One part of each in one folder.
+    let (code, _, errors) = part("garbled", "2/2", "dropped");
+    assert!(code == 2 && errors.contains(dropped), "{errors}");
+    assert_eq!(part("garbled", "2/2", "garbled").0, 0);
+    let merge = ["sweep", "merge", "garbled", "dropped", "--out", "mixed"];
+    let (code, _, errors) = run(folder.path(), &merge);
+    assert!(code == 2 && errors.contains(dropped), "{errors}");
+    assert!(!folder.path().join("mixed").exists());
     // Every case happens again as it was found, and shows what it is about.
     let cases: Vec<&String> = whole.keys().filter(|name| name.starts_with("case-")).collect();
     assert!(cases.len() > 5, "{cases:?}");
@@ -220,16 +234,50 @@ fn nothing_is_left_of_a_sweep_that_was_killed() {
 }
 
 #[test]
-fn results_of_another_host_are_not_gone_on_with() {
+fn results_of_another_sweep_are_not_gone_on_with() {
     let folder = tempfile::tempdir().unwrap();
-    let only = ["--only", "stop", "--modes", "transient", "--limit", "60s", "--out", "one"];
+    let only = ["--only", "lost-steps", "--modes", "transient", "--limit", "60s", "--out", "one"];
     sweep(folder.path(), &only, CAREFUL);
-    let other = format!("{CAREFUL}: mended");
-    let (code, _, errors) = run(
-        folder.path(),
-        &[&["sweep", "--resume"], &only[..], &["--", "sh", "-c", &other]].concat(),
-    );
-    assert!(code == 2 && errors.contains("another session or host"), "{errors}");
+    let kept = files(&folder.path().join("one"));
+    let other = |more: &[&str], host: &str| {
+        let all = [&["sweep", "--resume"], &only[2..], more, &["--", "sh", "-c", host]].concat();
+        let (code, said, errors) = run(folder.path(), &all);
+        assert_eq!((code, said.as_str()), (2, ""), "{errors}");
+        errors
+    };
+    let lost = ["--only", "lost-steps"];
+    let mended = other(&lost, &format!("{CAREFUL}: mended"));
+    assert!(mended.contains("results of another sweep: what is swept is `sh -c"), "{mended}");
+    // What has as many points.
+    let stopped = other(&["--only", "emergency-stop"], CAREFUL);
+    let says = "the harms are `lost-steps` there and `emergency-stop` here";
+    assert!(stopped.contains(says), "{stopped}");
+    let model = other(&[&lost[..], &["--model", "imc-s8"]].concat(), CAREFUL);
+    assert!(model.contains("the model is `imc4` there and `imc-s8` here"), "{model}");
+    let machine = other(&[&lost[..], &["--machine", "bench"]].concat(), CAREFUL);
+    assert!(machine.contains("the machine is `mill` there and `bench` here"), "{machine}");
+    assert_eq!(files(&folder.path().join("one")), kept);
+}
+
+#[test]
+fn of_a_host_that_does_not_repeat_itself_the_report_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    // Every other time the answer is not understood it claims success.
+    let fickle =
+        CAREFUL.replace("exit 1", "{ echo >> failures; exit $(( $(wc -l < failures) % 2 )); }");
+    let only = ["--only", "stop,emergency-stop", "--modes", "transient,persistent", "--jobs", "1"];
+    let of = |more: &[&str], host: &str| {
+        let all = [&["sweep"], &only[..], more, &["--", "sh", "-c", host]].concat();
+        run(folder.path(), &all).1
+    };
+    let says = "has not always done the same";
+    let report = of(&["--out", "fickle", "--limit", "60s"], &fickle);
+    assert!(report.contains(says), "{report}");
+    // It is remembered.
+    let report = run(folder.path(), &["sweep", "merge", "fickle", "--out", "merged"]).1;
+    assert!(report.contains(says), "{report}");
+    let report = of(&["--out", "careful", "--limit", "60s"], CAREFUL);
+    assert!(!report.contains(says), "{report}");
 }
 
 #[test]
@@ -280,7 +328,7 @@ fn what_cannot_be_swept_is_said() {
     assert!(silent.contains("has sent nothing"), "{silent}");
     let chance = "printf '@0A%s,900\\r' $$ > \"$VIMC4_PORT\"";
     let chance = said(&["--", "sh", "-c", chance]);
-    assert!(chance.contains("something else each time it runs, first at `@0A"), "{chance}");
+    assert!(chance.contains("something else each time it runs: first it sent `@0A"), "{chance}");
     let none = said(&["--", "./no-such-program"]);
     assert!(none.contains("cannot run ./no-such-program"), "{none}");
     assert!(said(&["--shard", "4/3", "--", "true"]).contains("is no shard"));

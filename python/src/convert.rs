@@ -5,7 +5,7 @@ use std::time::Duration;
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyInt, PyString};
 use serde::Serialize;
 use vimc4::Kinds;
 
@@ -42,7 +42,7 @@ pub(crate) fn span(span: &Bound<'_, PyAny>) -> PyResult<Duration> {
         let text = text.to_str()?;
         return vimc4::parse_duration(text).map_err(|wrong| {
             PyValueError::new_err(format!(
-                "`{text}` {wrong}; write a number with ns, us, ms, s, min or h, as in 250ms"
+                "`{text}` {wrong}; write a number that is not negative with ns, us, ms, s, min or h, as in 250ms"
             ))
         });
     }
@@ -50,6 +50,16 @@ pub(crate) fn span(span: &Bound<'_, PyAny>) -> PyResult<Duration> {
         PyTypeError::new_err(
             "a span of time is a text with a unit, as in \"250ms\", or a timedelta that is not negative",
         )
+    })
+}
+
+/// The value of a signal, a whole number.
+pub(crate) fn level(value: &Bound<'_, PyAny>) -> PyResult<i32> {
+    value.extract().map_err(|error: PyErr| match value.is_instance_of::<PyInt>() {
+        true => PyValueError::new_err(format!(
+            "no signal can be {value}; those that are a contact can be 0 or 1"
+        )),
+        false => error,
     })
 }
 

@@ -20,7 +20,7 @@ use vimc4::{
 };
 
 use crate::alarm::Alarms;
-use crate::convert::{event, plain, span, typed};
+use crate::convert::{event, level, plain, span, typed};
 use crate::coverage::Coverage;
 use crate::expect::{Expect, Expectation};
 use crate::harness::Harness;
@@ -470,8 +470,12 @@ impl Core {
     /// Everything that it was given, once what was written last has arrived.
     fn given(&self) -> PyResult<Pending> {
         let given = self.given.clone().ok_or_else(|| error::broken("it is not tried"))?;
-        Ok(Pending::of(self.control.now(), move |py, _| {
-            Ok(given.told()?.into_pyobject(py)?.into_any().unbind())
+        Ok(Pending::new(self.control.now(), move |py, now| match now {
+            // The host may have ended it.
+            Ok(_) | Err(vimc4::ControlError::Ended) => {
+                Ok(given.told()?.into_pyobject(py)?.into_any().unbind())
+            }
+            Err(error) => Err(error::of_control(py, &error)),
         }))
     }
 
@@ -612,7 +616,7 @@ impl Core {
         Ok(given.hearing(self.alarms.ear()))
     }
 
-    fn set_signal(&self, name: &str, value: i32) -> Pending {
+    fn set_signal(&self, name: &str, #[pyo3(from_py_with = level)] value: i32) -> Pending {
         self.pending(self.control.set_signal(name, value), effect)
     }
 

@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyInt, PyList, PyString};
 use vimc4::device::Device as _;
 use vimc4::{GroupError, Names, Simulation, Time};
 
-use crate::convert::{kinds, plain, span};
+use crate::convert::{kinds, level, plain, span};
 use crate::harness::told;
 use crate::waiting::lock;
 use crate::{error, profiles};
@@ -62,7 +62,8 @@ pub(crate) struct World {
     now: Time,
     views: Vec<vimc4::View>,
     signals: Vec<Vec<vimc4::Signal>>,
-    set: Mutex<Vec<(usize, String, i32)>>,
+    /// None when the simulation has done what it does.
+    set: Mutex<Option<Vec<(usize, String, i32)>>>,
 }
 
 /// A simulation in Python, if there is one.
@@ -116,17 +117,18 @@ impl Plant {
             }
             let views = members.iter().map(|member| world.view(*member)).collect();
             let signals = members.iter().map(|member| world.signals(*member)).collect();
-            let (group, now, set) = (self.group, world.now(), Mutex::default());
+            let set = Mutex::new(Some(Vec::new()));
+            let (group, now) = (self.group, world.now());
             let seen = Bound::new(py, World { group, now, views, signals, set })?;
-            match of {
-                None => object.call_method1(name, (&seen,))?,
+            let done = match of {
+                None => object.call_method1(name, (&seen,)),
                 Some((of, port, value)) => {
                     let place = members.iter().position(|member| *member == of).unwrap_or_default();
-                    object.call_method1(name, (Member { group, place }, port, value, &seen))?
+                    object.call_method1(name, (Member { group, place }, port, value, &seen))
                 }
             };
-            let set = std::mem::take(&mut *lock(&seen.get().set));
-            Ok(set)
+            let set = lock(&seen.get().set).take();
+            done.map(|_| set.unwrap_or_default())
         });
         match called {
             Ok(set) => set.into_iter().for_each(|(place, signal, value)| {
@@ -302,7 +304,13 @@ impl Group {
     }
 
     /// A signal of a controller takes a value, now.
-    fn set(&self, py: Python<'_>, member: Member, signal: &str, value: i32) -> PyResult<()> {
+    fn set(
+        &self,
+        py: Python<'_>,
+        member: Member,
+        signal: &str,
+        #[pyo3(from_py_with = level)] value: i32,
+    ) -> PyResult<()> {
         let member = self.the(member)?;
         self.work(py, |inner| inner.group.set(member, signal, value))
     }
@@ -478,11 +486,24 @@ impl World {
     }
 
     /// Sets a signal of a controller, when the simulation has done what it does.
-    fn set(&self, py: Python<'_>, member: Member, signal: &str, value: i32) -> PyResult<()> {
+    fn set(
+        &self,
+        py: Python<'_>,
+        member: Member,
+        signal: &str,
+        #[pyo3(from_py_with = level)] value: i32,
+    ) -> PyResult<()> {
         let place = place(self.group, self.views.len(), member)?;
         vimc4::settable(&self.signals[place], signal, value)
             .map_err(|error| error::raise(py, "DeedError", error.to_string()))?;
-        lock(&self.set).push((place, signal.to_owned(), value));
+        match &mut *lock(&self.set) {
+            Some(set) => set.push((place, signal.to_owned(), value)),
+            None => {
+                let text = "this world is over, for its simulation has returned; set signals in the world that \
+                            the next call gives";
+                return Err(error::raise(py, "ControlError", text.to_owned()));
+            }
+        }
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use vimc4::device::TimedInput;
 use vimc4::device::{Controller, Line};
 use vimc4::{Faulting, Report, Sink, Wants, What};
-use vimc4_sweep::{Case, Choice, Exit, Results, Row, Session};
+use vimc4_sweep::{Case, Choice, Exit, Profile, Results, Row, Session};
 
 use crate::convert::plain;
 use crate::emulator::Core;
@@ -41,7 +41,11 @@ impl Sink for Given {
 
 /// What a host has done without a fault, and all the points at which one can strike it.
 #[pyclass(frozen, module = "vimc4._vimc4")]
-pub(crate) struct SweepSession(Session<Line<Controller>>);
+pub(crate) struct SweepSession {
+    session: Session<Line<Controller>>,
+    model: Profile,
+    machine: Profile,
+}
 
 #[pymethods]
 impl SweepSession {
@@ -53,8 +57,8 @@ impl SweepSession {
         given: &str,
         choice: &str,
     ) -> PyResult<SweepSession> {
-        let (model, machine) = (profiles::the_model(model)?, profiles::the_machine(machine)?);
-        let controller = Controller::new(&model, machine, b"")
+        let (model, site) = (profiles::the_model(model)?, profiles::the_machine(machine)?);
+        let controller = Controller::new(&model, Arc::clone(&site), b"")
             .map_err(|error| error::raise(py, "Error", error.to_string()))?;
         let given: Vec<TimedInput> = read(given)?;
         let choice: Choice = read(choice)?;
@@ -62,26 +66,33 @@ impl SweepSession {
         let ends = vimc4::Handling::of(&model).ends;
         let line = Line::ideal(controller);
         let session = py.detach(|| Session::new(line, &given, end, ends, &choice));
-        Ok(SweepSession(session))
+        let (model, machine) =
+            (Profile::new(model.name(), &model), Profile::new(&site.name, &*site));
+        Ok(SweepSession { session, model, machine })
     }
 
     /// How many points there are.
     #[getter]
     fn points(&self) -> u64 {
-        self.0.plan().len()
+        self.session.plan().len()
+    }
+
+    /// In what another run without a fault differs first, in words; None if a sweep can build on it.
+    fn difference(&self, again: &SweepSession) -> Option<String> {
+        self.session.difference(&again.session)
     }
 
     /// What is broken at a point.
     fn describe(&self, number: u64) -> PyResult<String> {
-        let plan = self.0.plan();
+        let plan = self.session.plan();
         let point = plan.point(number).ok_or_else(|| no_point(number))?;
-        Ok(plan.describe(self.0.clean(), &point))
+        Ok(plan.describe(self.session.clean(), &point))
     }
 
     /// Begins the faults of a point in a controller that has just been started.
     fn begin(&self, py: Python<'_>, core: &Bound<'_, Core>, number: u64) -> PyResult<()> {
-        let point = self.0.plan().point(number).ok_or_else(|| no_point(number))?;
-        for input in self.0.begin(&point) {
+        let point = self.session.plan().point(number).ok_or_else(|| no_point(number))?;
+        for input in self.session.begin(&point) {
             if let vimc4::device::OwnedInput::Fault(Faulting::Begin(_, fault)) = input {
                 core.get().begin_fault(py, fault)?;
             }
@@ -100,7 +111,7 @@ impl SweepSession {
     ) -> PyResult<String> {
         let given: Vec<TimedInput> = read(given)?;
         let exit = code.map_or(Exit::Hung, Exit::Code);
-        let judged = py.detach(|| self.0.judge(number, &given, exit));
+        let judged = py.detach(|| self.session.judge(number, &given, exit));
         let (found, case) = judged.ok_or_else(|| no_point(number))?;
         told(&(found.point, found.outcome, found.size, case))
     }
@@ -113,9 +124,10 @@ pub(crate) struct SweepResults(Mutex<Results>);
 #[pymethods]
 impl SweepResults {
     #[new]
-    fn new(session: &Bound<'_, SweepSession>) -> SweepResults {
-        let session = &session.get().0;
-        SweepResults(Mutex::new(Results::of(session.fingerprint(), session.plan().len())))
+    fn new(session: &SweepSession, of: String) -> SweepResults {
+        let SweepSession { session, model, machine } = session;
+        let subject = session.subject(of, model.clone(), machine.clone());
+        SweepResults(Mutex::new(Results::of(subject)))
     }
 
     /// Adds what `judge` has said, and returns the lines that a file needs because of it.

@@ -124,6 +124,37 @@ def test_a_simulation_sees_the_world():
     assert seen == [(0, group.position(member), 5)]
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_world_is_over_when_its_simulation_has_returned(fails):
+    class Keeps:
+        world = None
+
+        def due(self):
+            return 1_000 if self.world is None else None
+
+        def act(self, world):
+            self.world = world
+            world.set(member, "start", 1)
+            if fails:
+                raise LookupError
+
+        def __deepcopy__(self, memo):
+            return self
+
+    keeps = Keeps()
+    group = virtual.Group(keeps)
+    member = group.join("imc4")
+    if fails:
+        with pytest.raises(LookupError):
+            group.advance("1s")
+    else:
+        group.advance("1s")
+    with pytest.raises(virtual.ControlError, match="this world is over"):
+        keeps.world.set(member, "start", 0)
+    # What it has seen is still to be read.
+    assert keeps.world.now == 1_000
+
+
 @pytest.mark.parametrize("where", ["due", "act"])
 @pytest.mark.parametrize(
     "passes",
@@ -217,6 +248,12 @@ def test_mistakes_are_errors():
         group.set(member, "bell", 1)
     with pytest.raises(virtual.DeedError, match="`start` cannot be `7`; it can be 0 or 1"):
         group.set(member, "start", 7)
+    with pytest.raises(ValueError, match="no signal can be 1000000"):
+        group.set(member, "start", 10**30)
+    with pytest.raises(TypeError):
+        group.set(member, "start", 0.5)
+    with pytest.raises(ValueError, match="`-1s` is no time; write a number that is not negative"):
+        group.advance("-1s")
     with pytest.raises(virtual.ConditionError):
         group.run_until(member, "x =")
     with pytest.raises(virtual.ProfileError):

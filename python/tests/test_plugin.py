@@ -580,6 +580,89 @@ def test_a_test_is_swept(pytester, monkeypatch, workers):
     swept.stdout.fnmatch_lines(["*heard: what it always hears", "*sweeps of vimc4*"])
 
 
+MEANT = '''
+import pytest
+from stepper import Stepper
+
+swept = pytest.mark.vimc4_sweep(harms=["stop"], modes=["transient"])
+pytestmark = pytest.mark.vimc4("imc-s8", "mill")
+
+def careless(vimc4, steps=800):
+    stepper = Stepper(vimc4.serial(timeout=1))
+    stepper.reference()
+    stepper.start_move_by(steps, 0, 0, speed=900)
+    stepper.port.read(1)
+
+@swept
+@pytest.mark.xfail
+def test_known_finding(vimc4):
+    careless(vimc4)
+
+@swept
+@pytest.mark.xfail(raises=AssertionError, strict=True)
+def test_known_and_strict(vimc4):
+    careless(vimc4)
+
+@swept
+@pytest.mark.xfail(strict=True)
+def test_mended(vimc4):
+    vimc4.expect().command("@A").answered("0").once().watch()
+    careless(vimc4)
+
+@swept
+def test_that_closes(vimc4):
+    careless(vimc4)
+    vimc4.close()
+
+@swept
+def test_without_a_controller():
+    pass
+
+@pytest.fixture(scope="module")
+def runs():
+    return []
+
+@swept
+def test_with_a_memory(vimc4, runs):
+    runs.append(1)
+    careless(vimc4, len(runs))
+
+@pytest.mark.vimc4_sweep(foo=3)
+def test_option(vimc4):
+    pass
+
+@pytest.mark.vimc4_sweep(["stop"])
+def test_position(vimc4):
+    pass
+
+@swept
+class TestAll:
+    def test_nothing_to_sweep(self):
+        pass
+'''
+
+
+def test_what_a_sweep_means_for_a_test(pytester, monkeypatch):
+    pytester.makepyfile(MEANT)
+    drivers = Path(__file__).resolve().parents[2] / "examples" / "python"
+    monkeypatch.setenv("PYTHONPATH", str(drivers), prepend=os.pathsep)
+    swept = pytester.runpytest_subprocess("-rA")
+    swept.assert_outcomes(xfailed=2, failed=6, passed=1)
+    swept.stdout.fnmatch_lines_random(
+        [
+            "*test_known_finding: * points, * outcomes, * with something wrong",
+            "*[[]XPASS(strict)[]]*",
+            "*test_mended: * points, * outcomes, none with something wrong",
+            "*test_that_closes: * points, * outcomes, [1-9]* with something wrong",
+            "it cannot be swept: the test has no controller; name the fixture `vimc4` or *",
+            "it cannot be swept: it does something else each time it runs: first it sent `@0A1,900*`, then it sent "
+            "`@0A2,900*",
+            "it cannot be swept: the marker vimc4_sweep has no option `foo`; it has harms, modes, limit",
+            'it cannot be swept: the marker vimc4_sweep has named options only, as in vimc4_sweep(harms=*',
+        ]
+    )
+
+
 def test_a_test_that_cannot_be_swept_says_why(pytester):
     pytester.makepyfile(
         """

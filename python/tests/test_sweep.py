@@ -1,5 +1,6 @@
 """Every fault that can strike a driver, one after the other."""
 
+import functools
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -11,6 +12,7 @@ import vimc4 as virtual
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from stepper import Stepper
 from sweeping import careful, careless, patient
 
 
@@ -105,12 +107,20 @@ async def awaited(emulator):
     emulator.serial(timeout=1).write(b"@07\r")
 
 
+class Awaited:
+    async def __call__(self, emulator):
+        await awaited(emulator)
+
+
 @pytest.mark.parametrize(
     ("drive", "options", "error", "says"),
     [
         (lambda emulator: None, {}, virtual.Error, "the driver has to send something"),
         (lambda emulator: emulator.advance("1s"), {}, virtual.Error, "has to send something"),
         (awaited, {}, TypeError, "be done when it returns"),
+        (Awaited(), {}, TypeError, "be done when it returns"),
+        (functools.partial(awaited), {}, TypeError, "be done when it returns"),
+        (lambda emulator: (yield), {}, TypeError, "be done when it returns"),
         (3, {}, TypeError, "3 cannot be called"),
         (broken, {}, virtual.Error, "it never works"),
         (careful, {"harms": []}, ValueError, "there are no harms to try"),
@@ -118,6 +128,12 @@ async def awaited(emulator):
         (careful, {"harms": "drop"}, ValueError, "`drop` is none of the harms; they are dropped"),
         (careful, {"modes": ["often"]}, ValueError, "`often` is none of the modes"),
         (careful, {"shard": "1/3"}, ValueError, "'1/3' is no part; the first"),
+        (careful, {"shard": (1.5, 3)}, ValueError, r"\(1.5, 3\) is no part; the first"),
+        (careful, {"limit": 0}, ValueError, "0 is no limit; give a finite number of seconds above 0"),
+        (careful, {"limit": -1}, ValueError, "-1 is no limit"),
+        (careful, {"limit": float("inf")}, ValueError, "inf is no limit"),
+        (careful, {"limit": float("nan")}, ValueError, "nan is no limit"),
+        (careful, {"limit": "3s"}, TypeError, "'3s' is no limit; give a number of seconds"),
         (careful, {"executor": 3}, TypeError, "3 is no executor"),
         (careful, {"known": "junk\n"}, ValueError, "`known` is not from this sweep: line 1"),
     ],
@@ -132,6 +148,96 @@ def test_there_is_no_point_before_the_first():
     for point in (-1, swept.points):
         with pytest.raises(ValueError, match=f"there is no point {point}; there are"):
             swept.again(point)
+    with pytest.raises(TypeError, match="'str' object cannot be interpreted as an integer"):
+        swept.again("1")
+    told = f"<vimc4.Sweep of sweeping.careless: {swept.points} points, {len(swept.outcomes)} outcomes, "
+    assert repr(swept).startswith(told)
+
+
+def test_one_harm_may_be_said_without_a_list():
+    options = {"model": "imc-s8", "modes": "transient"}
+    alone, listed = (virtual.sweep(careful, **options, harms=harms) for harms in ("stop", ["stop"]))
+    assert alone.lines() == listed.lines()
+
+
+def moving(emulator, steps=800):
+    stepper = Stepper(emulator.serial(timeout=1))
+    stepper.reference()
+    stepper.move_by(steps, 0, 0, speed=900)
+
+
+OF_MOVING = {"drive": moving, "model": "imc-s8", "machine": "mill", "harms": ["dropped"], "modes": ["transient"]}
+
+
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [
+        ({"harms": ["garbled"]}, "the harms are `garbled` there and `dropped` here"),
+        ({"modes": ["persistent"]}, "the modes are `persistent` there and `transient` here"),
+        ({"model": "imc4"}, "the model is `imc4` there and `imc-s8` here"),
+        ({"machine": "bench"}, "the machine is `bench` there and `mill` here"),
+        ({"drive": careless}, "what is swept is `sweeping.careless` there and `test_sweep.moving` here"),
+        (
+            {"drive": functools.partial(moving, steps=400)},
+            r"what is swept is `test_sweep.moving\(steps=400\)` there and `test_sweep.moving` here",
+        ),
+    ],
+    ids=lambda value: None if isinstance(value, dict) else value.split()[1],
+)
+def test_what_is_known_of_another_sweep_is_refused(other, says):
+    known = virtual.sweep(**{**OF_MOVING, **other}, shard=(1, 8)).lines()
+    with pytest.raises(ValueError, match=f"`known` is not from this sweep: line 1: .*{says}"):
+        virtual.sweep(**OF_MOVING, known=known)
+    # Nor is what does not say of what it is.
+    with pytest.raises(ValueError, match="line 1: it does not say which sweep"):
+        virtual.sweep(**OF_MOVING, known=known.partition("\n")[2])
+
+
+def expecting(emulator):
+    """What it expects is that nothing goes wrong."""
+    emulator.expect().command("@A").answered("0").once().watch()
+    careless(emulator)
+
+
+def closing(emulator):
+    """It cleans up behind itself."""
+    careless(emulator)
+    emulator.close()
+
+
+def both(emulator):
+    """What goes wrong is an expectation, and is told as the emulator ends."""
+    expecting(emulator)
+    emulator.close()
+
+
+def unwatched(emulator):
+    """It fails by itself, and leaves an expectation behind."""
+    emulator.expect().command("@A").answered("0").once().watch()
+    moving(emulator)
+
+
+@pytest.mark.parametrize("drive", [expecting, both, unwatched])
+def test_an_expectation_that_is_not_met_is_an_error_of_the_driver(drive):
+    swept = virtual.sweep(drive, "imc-s8", "mill", harms=["stop", "dropped"], modes=["transient"])
+    assert sum(outcome.points for outcome in swept.outcomes) == swept.points
+    assert any(outcome.did.endswith("it raised an error") for outcome in swept.outcomes)
+    # What goes wrong in the answer of the move is noticed.
+    assert not any("@#A" in outcome.heard for outcome in swept.bad)
+
+
+def test_a_driver_may_close_its_emulator():
+    options = {"model": "imc-s8", "machine": "mill", "harms": ["stop"], "modes": ["transient"]}
+    swept, like = virtual.sweep(closing, **options), virtual.sweep(careless, **options)
+    assert swept.bad and [str(one) for one in swept.bad] == [str(one) for one in like.bad]
+
+
+def test_a_driver_that_does_something_else_each_time_is_refused():
+    steps = iter(range(100, 10_000))
+    with pytest.raises(virtual.Error) as raised:
+        virtual.sweep(lambda emulator: moving(emulator, next(steps)), "imc-s8", "mill")
+    told = str(raised.value)
+    assert "first it sent `@0A100,900" in told and "then it sent `@0A101,900" in told
 
 
 def test_shards_are_put_together_and_interrupted_ones_go_on():

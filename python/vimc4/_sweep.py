@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import inspect
 import json
+import math
+import operator
 import os
+import re
 import threading
 import time
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple
 
 from . import _vimc4
 from ._emulator import Emulator
 from ._errors import Error
+from ._scope import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,6 +93,12 @@ class _Tried(Emulator):
 
     _tried = True
 
+    def close(self) -> None:
+        if not self.closed:
+            # What the driver has written last has arrived, also if it is the driver that ends it.
+            self._core.given().wait()
+        super().close()
+
 
 class _Task(NamedTuple):
     """What a worker needs, wherever it is."""
@@ -115,7 +127,7 @@ class Sweep:
     def __init__(self, task: _Task, session: _vimc4.SweepSession) -> None:
         self._task = task
         self._session = session
-        self._results = _vimc4.SweepResults(session)
+        self._results = _vimc4.SweepResults(session, named(task.drive))
 
     @property
     def points(self) -> int:
@@ -144,6 +156,7 @@ class Sweep:
 
     def again(self, point: int) -> None:
         """Tries a point once more, in this thread: for a debugger."""
+        point = operator.index(point)
         if not 0 <= point < self.points:
             raise ValueError(f"there is no point {point}; there are {self.points}, from 0 on")
         with _Tried(self._task.model, self._task.machine, "manual", record=False, coverage=False) as emulator:
@@ -153,6 +166,9 @@ class Sweep:
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.outcomes))
 
+    def __repr__(self) -> str:
+        return f"<vimc4.Sweep of {named(self._task.drive)}: {summary(self.points, self.outcomes)}>"
+
 
 def sweep(
     drive: Drive,
@@ -160,8 +176,8 @@ def sweep(
     machine: str | os.PathLike[str] = "bench",
     *,
     executor: Executor | None = None,
-    harms: Sequence[Harm] | None = None,
-    modes: Sequence[Mode] | None = None,
+    harms: Harm | Sequence[Harm] | None = None,
+    modes: Mode | Sequence[Mode] | None = None,
     shard: tuple[int, int] = (1, 1),
     known: str = "",
     limit: float | None = None,
@@ -170,48 +186,53 @@ def sweep(
     """Tries a driver once without a fault, and then once for each point at which something can go wrong:
     each byte each way, each command, each part of a motion.
 
-    :param drive: gets an emulator and uses it; it reports success by returning, and an error by raising
+    :param drive: gets an emulator and uses it; it reports success by returning, and an error by raising. An
+        expectation that is not met is one. It is run twice without a fault, and has to send the same
     :param model: a built-in name or a profile file
     :param machine: a built-in name or a profile file
     :param executor: any of ``concurrent.futures``, also of Dask; this thread if there is none. Where it
         has other processes they must be able to import ``drive``
-    :param harms: what goes wrong; see `vimc4 sweep --help`
+    :param harms: what goes wrong, one or several; see `vimc4 sweep --help`
     :param modes: ``transient``, ``persistent`` and ``compound``, or some of them
     :param shard: (3, 16) does the third of sixteen equal parts
-    :param known: lines of an earlier `Sweep`, of another shard or of one that was interrupted
+    :param known: lines of an earlier `Sweep`, of another shard or of one that was interrupted. Those of another
+        driver, model, machine, harms or modes are refused; what the driver does is not compared
     :param limit: after so many seconds a driver counts as one that hangs; without it after twenty times as
         long as it takes without a fault, and at least two seconds. One that waits for something else than its
         port is left behind as a thread of the background
     :param progress: called with how many points are done and how many there are to do
     """
-    if not callable(drive) or inspect.iscoroutinefunction(drive):
+    if not _is_done_when_it_returns(drive):
         raise TypeError(
             f"{drive!r} cannot be called and be done when it returns; give a function that gets an emulator"
         )
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise TypeError(f"{executor!r} is no executor; give one of concurrent.futures")
     try:
-        number, count = map(int, shard)
+        number, count = map(operator.index, shard)
     except (TypeError, ValueError):
         number, count = 0, 0
     if not 1 <= number <= count:
         shown = f"{number}/{count}" if count else repr(shard)
         raise ValueError(f"{shown} is no part; the first of sixteen is (1, 16)")
-    task = _Task(drive, model, machine, "[]", chosen(harms, modes), PATIENCE if limit is None else limit)
+    task = _Task(drive, model, machine, "[]", chosen(harms, modes), patience(limit))
     began = time.monotonic()
-    ran = _run(task, None, 0)
-    if ran.code != 0:
-        what = "does not end" if ran.error is None else f"raises {ran.error!r}"
-        raise Error(f"the driver {what} although nothing is broken; mend that first") from ran.error
+    clean = []
+    for _ in range(2):
+        ran = _run(task, None, 0)
+        if ran.code != 0:
+            what = "does not end" if ran.error is None else f"raises {ran.error!r}"
+            raise Error(f"the driver {what} although nothing is broken; mend that first") from ran.error
+        clean.append(ran.given)
     if limit is None:
-        task = task._replace(limit=longest(time.monotonic() - began))
-    task = task._replace(given=ran.given)
-    result = Sweep(task, begun(task.model, task.machine, task.given, task.choice))
+        task = task._replace(limit=longest((time.monotonic() - began) / 2))
+    task = task._replace(given=clean[0])
+    result = Sweep(task, begun_twice(task.model, task.machine, clean, task.choice))
     results = result._results
     try:
         results.read(known)
     except ValueError as error:
-        raise ValueError(f"`known` is not from this sweep: {str(error).partition(';')[0]}") from None
+        raise ValueError(f"`known` is not from this sweep: {error}") from None
     mine = [point for point in range(number - 1, result.points, count) if not results.has(point)]
     done = 0
     for judged in _everywhere(executor, task, mine):
@@ -237,12 +258,52 @@ PATIENCE = 60.0
 """How many seconds a driver may take without a fault."""
 
 
+def patience(limit: float | None) -> float:
+    """How many seconds a driver may take while nobody knows how long it takes."""
+    if limit is None:
+        return PATIENCE
+    if isinstance(limit, bool) or not isinstance(limit, Real):
+        raise TypeError(f"{limit!r} is no limit; give a number of seconds")
+    if not 0 < limit < math.inf:
+        raise ValueError(f"{limit!r} is no limit; give a finite number of seconds above 0")
+    return min(float(limit), threading.TIMEOUT_MAX)
+
+
 def longest(clean: float) -> float:
     """How many seconds a driver may take that takes so many without a fault."""
     return max(2.0, 20 * clean)
 
 
-def chosen(harms: Sequence[Harm] | None, modes: Sequence[Mode] | None) -> str:
+def named(drive: Drive) -> str:
+    """What is swept, for people, and for telling results of one driver from those of another."""
+    if isinstance(drive, functools.partial):
+        given = [*map(repr, drive.args), *(f"{name}={value!r}" for name, value in drive.keywords.items())]
+        # Where an object lies differs from run to run.
+        return re.sub(r" at 0x[0-9a-fA-F]+", "", f"{named(drive.func)}({', '.join(given)})")
+    of: Any = drive if hasattr(drive, "__qualname__") else type(drive)
+    return f"{of.__module__}.{of.__qualname__}"
+
+
+def summary(points: int, found: list[Broken]) -> str:
+    """How much was tried, and what has come of it, in a few words."""
+    done = sum(outcome.points for outcome in found)
+    part = "" if done == points else f"{done} of "
+    counted = ((points, "point"), (len(found), "outcome"))
+    bad = sum(outcome.bad for outcome in found)
+    words = [f"{count} {one}{'' if count == 1 else 's'}" for count, one in counted]
+    return f"{part}{', '.join(words)}, {bad or 'none'} with something wrong"
+
+
+def _is_done_when_it_returns(drive: Any) -> bool:
+    """Whether calling it does what it does: neither a coroutine nor a generator is begun by that."""
+    sorts = (inspect.iscoroutinefunction, inspect.isgeneratorfunction, inspect.isasyncgenfunction)
+    called = (drive, getattr(drive, "__call__", None))
+    return callable(drive) and not any(sort(one) for sort in sorts for one in called)
+
+
+def chosen(
+    harms: Harm | Sequence[Harm] | None, modes: Mode | Sequence[Mode] | None
+) -> str:
     """Which points there are, as JSON."""
     choice: dict[str, Any] = {"live": True}
     for name, given, usual, more in (("harms", harms, HARMS, ASKED_FOR), ("modes", modes, MODES, ())):
@@ -266,6 +327,20 @@ def begun(
         raise Error(
             "there is no point at which this could go wrong; the driver has to send something to its "
             "controller, and to move it if only moves are to go wrong"
+        )
+    return session
+
+
+def begun_twice(
+    model: str | os.PathLike[str], machine: str | os.PathLike[str], clean: list[str], choice: str
+) -> _vimc4.SweepSession:
+    """The points of a driver that has given this and this in two runs without a fault: the same."""
+    session = begun(model, machine, clean[0], choice)
+    again = _vimc4.SweepSession(model, machine, clean[1], choice)
+    if difference := session.difference(again):
+        raise Error(
+            f"it does something else each time it runs: {difference}; points have no meaning then: make what it "
+            "sends depend on nothing but what it hears"
         )
     return session
 
@@ -316,6 +391,7 @@ def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
         def run() -> None:
             try:
                 task.drive(emulator)
+                emulator.check()
                 ended.append(None)
             except BaseException as error:
                 ended.append(error)
@@ -325,6 +401,8 @@ def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
         driver.join(task.limit)
         hung = driver.is_alive()
         given = emulator._core.given().wait()
+        # Whatever else it has expected, it has ended.
+        Marks(()).outcome(emulator)
         if hung:
             _end(driver)
     if hung or not ended or isinstance(ended[0], GivenUp):

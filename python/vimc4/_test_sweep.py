@@ -13,7 +13,7 @@ from _pytest.runner import runtestprotocol
 
 from . import _vimc4
 from ._errors import Error
-from ._sweep import PATIENCE, GivenUp, _Tried, begun, chosen, longest, outcomes
+from ._sweep import PATIENCE, GivenUp, Swept, _Tried, begun_twice, chosen, longest, outcomes, patience, summary
 
 if TYPE_CHECKING:
     from ._emulator import Emulator
@@ -25,8 +25,15 @@ SWEPT = "vimc4 sweep"
 class Trial:
     """One run of a test that is swept."""
 
-    def __init__(self, session: _vimc4.SweepSession | None = None, point: int = 0) -> None:
+    def __init__(
+        self,
+        session: _vimc4.SweepSession | None = None,
+        point: int = 0,
+        failure: Error | None = None,
+    ) -> None:
         self._session, self._point = session, point
+        self.failure = failure
+        """What is raised at the end of the test, if nothing else is."""
         self._emulator: Emulator | None = None
         self._failed = self._hung = False
         self.given = "[]"
@@ -53,12 +60,12 @@ class Trial:
 
     def end(self) -> None:
         """Its controller is about to end."""
-        if self._emulator is not None and not self._emulator.closed:
+        if self._emulator is not None:
             self.given = self._emulator._core.given().wait()
 
     def take(self, report: pytest.TestReport, call: pytest.CallInfo[None]) -> None:
-        """Takes note of a phase of the test."""
-        self._failed |= not report.passed
+        """Takes note of a phase of the test. Whether it is expected to fail is for its own report."""
+        self._failed |= call.excinfo is not None
         self._hung |= call.excinfo is not None and call.excinfo.errisinstance(GivenUp)
 
     def give_up(self) -> None:
@@ -75,49 +82,71 @@ TRIAL: pytest.StashKey[Trial | None] = pytest.StashKey()
 
 
 def swept(
-    item: pytest.Function, nextitem: pytest.Item | None, options: dict[str, Any]
+    item: pytest.Function, nextitem: pytest.Item | None, mark: pytest.Mark | None
 ) -> list[pytest.TestReport]:
-    """Sweeps a test. Its reports are those of a run without a fault, in which nothing is wrong unless something
-    is wrong with a fault."""
+    """Sweeps a test. Its reports are those of a run without a fault, which fails in the end if something is wrong
+    with a fault."""
     began = time.perf_counter()
-    told, failure = "", None
+    told: str = ""
+    failure: Error | None = None
     try:
-        told, failure = _sweep(item, **options)
+        told, failure = _sweep(item, **_options(mark))
     except (Error, TypeError, ValueError) as error:
-        failure = f"it cannot be swept: {error}"
-    reports = _run(item, nextitem, Trial(), PATIENCE)
+        failure = Error(f"it cannot be swept: {error}")
+    reports = _run(item, nextitem, Trial(failure=failure), PATIENCE)
     for report in reports:
         if report.when == "call":
             report.duration = time.perf_counter() - began
             if told:
                 report.user_properties.append((SWEPT, told))
-            if failure is not None and report.passed:
-                report.outcome, report.longrepr = "failed", failure
     return reports
+
+
+def is_swept(item: pytest.Item) -> bool:
+    """Whether a test has what it takes."""
+    return isinstance(item, pytest.Function) and "vimc4_start" in item.fixturenames
+
+
+def _options(mark: pytest.Mark | None) -> dict[str, Any]:
+    """What the marker says."""
+    if mark is None:
+        return {}
+    known = ("harms", "modes", "limit")
+    if mark.args:
+        raise TypeError(f'the marker {mark.name} has named options only, as in {mark.name}(harms=["stop"])')
+    for name in mark.kwargs:
+        if name not in known:
+            raise TypeError(f"the marker {mark.name} has no option `{name}`; it has {', '.join(known)}")
+    return dict(mark.kwargs)
 
 
 def _sweep(
     item: pytest.Function, harms: Any = None, modes: Any = None, limit: float | None = None
-) -> tuple[str, str | None]:
+) -> tuple[str, Swept | None]:
     """What has come of a sweep in a few words, and what is wrong."""
     choice = chosen(harms, modes)
-    clean, began = Trial(), time.monotonic()
-    # The collector of a test keeps all that is not of this test alone.
-    _run(item, item.parent, clean, PATIENCE if limit is None else limit)
-    if clean.code != 0:
-        return "", None
-    limit = longest(time.monotonic() - began) if limit is None else limit
-    session = begun(*clean.site, clean.given, choice)
-    results = _vimc4.SweepResults(session)
+    if not is_swept(item):
+        raise TypeError("the test has no controller; name the fixture `vimc4` or `vimc4_start` as an argument")
+    began, clean = time.monotonic(), []
+    for _ in range(2):
+        trial = Trial()
+        # The collector of a test keeps all that is not of this test alone.
+        _run(item, item.parent, trial, patience(limit))
+        if trial.code != 0:
+            return "", None
+        clean.append(trial.given)
+    limit = longest((time.monotonic() - began) / 2) if limit is None else patience(limit)
+    session = begun_twice(*trial.site, clean, choice)
+    results = _vimc4.SweepResults(session, item.nodeid)
     for point in range(session.points):
         trial = Trial(session, point)
         _run(item, item.parent, trial, limit)
         results.add(session.judge(point, trial.given, trial.code))
     found = outcomes(results)
     bad = [outcome for outcome in found if outcome.bad]
-    told = f"{session.points} points, {len(found)} outcomes, {len(bad) or 'none'} with something wrong"
+    told = summary(session.points, found)
     cases = [f"{outcome}\n{_recorded(item, session, outcome.point, limit)}" for outcome in bad]
-    return told, "\n\n".join([told, *cases]) if bad else None
+    return told, Swept("\n\n".join([told, *cases])) if bad else None
 
 
 def _recorded(

@@ -24,7 +24,7 @@ from . import _emulator
 from ._emulator import Emulator, running
 from ._errors import Error, Unfinished, Unmet
 from ._scope import Marks, raise_first
-from ._test_sweep import SWEPT, TRIAL, swept
+from ._test_sweep import SWEPT, TRIAL, is_swept, swept
 from ._vimc4 import Coverage, models
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def _summary_of_sweeps(terminalreporter: pytest.TerminalReporter) -> None:
     lines = [
         f"{report.nodeid}: {words}"
-        for outcome in ("passed", "failed")
+        for outcome in ("passed", "failed", "xfailed", "xpassed")
         for report in terminalreporter.getreports(outcome)
         for name, words in report.user_properties
         if name == SWEPT and report.when == "call"
@@ -259,10 +259,12 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     mark = item.get_closest_marker("vimc4_sweep")
     if mark is None and not item.config.getoption("--vimc4-sweep"):
         return None
-    if not isinstance(item, pytest.Function) or "vimc4_start" not in item.fixturenames:
+    # A class or a module may be marked as a whole; a test that is marked itself is meant to have a controller.
+    is_meant = any(one.name == "vimc4_sweep" for one in item.own_markers)
+    if not isinstance(item, pytest.Function) or not (is_swept(item) or is_meant):
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for report in swept(item, nextitem, {} if mark is None else dict(mark.kwargs)):
+    for report in swept(item, nextitem, mark):
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
@@ -284,6 +286,9 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     if unmet := _end_since(marks):
         item.stash[_AT_END] = unmet[0][1]
         raise_first([error for _, error in unmet])
+    trial = item.stash.get(TRIAL, None)
+    if trial is not None and trial.failure is not None:
+        raise trial.failure
 
 
 def _end_since(marks: Marks) -> list[tuple[Emulator, Unmet | Unfinished]]:
@@ -309,6 +314,9 @@ def pytest_runtest_makereport(
     report = yield
     if (trial := item.stash.get(TRIAL, None)) is not None:
         trial.take(report, call)
+        if report.failed and call.excinfo is not None and call.excinfo.value is trial.failure:
+            # It was not raised by a line of the test.
+            report.longrepr = str(trial.failure)
         return report
     if report.when == "setup":
         item.stash[_FAILED] = False

@@ -26,6 +26,8 @@ pub struct Habits {
     deeds: BTreeMap<Moment, Deed>,
     /// The last of the numbers; 0 is the beginning.
     last: usize,
+    /// Whether it has done different things after hearing the same.
+    unsteady: bool,
 }
 
 /// What is known of the run of a host.
@@ -88,6 +90,7 @@ impl Habits {
                     Deed::Says(said, then) if said == bytes => number = *then,
                     deed => {
                         *deed = Deed::Unclear;
+                        self.unsteady = true;
                         return;
                     }
                 }
@@ -101,8 +104,17 @@ impl Habits {
         match self.deeds.entry(Moment(number, harness.take_bytes())).or_insert(Deed::Ends(exit, 0))
         {
             Deed::Ends(known, times) if *known == exit => *times = times.saturating_add(1),
-            deed => *deed = Deed::Unclear,
+            deed => {
+                *deed = Deed::Unclear;
+                self.unsteady = true;
+            }
         }
+    }
+
+    /// Whether the host was seen to do now this and now that after it had heard the same.
+    #[must_use]
+    pub fn are_unsteady(&self) -> bool {
+        self.unsteady
     }
 
     /// What the host will do with the faults of a point. That it hangs has to have been seen twice: once it

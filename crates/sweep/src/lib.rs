@@ -14,14 +14,17 @@
 
 mod account;
 mod habits;
+mod key;
 mod outcome;
 mod plan;
 mod results;
 mod session;
+mod subject;
 
 pub use account::{Account, AxisEnd, CommandPlace, End, Exchange, MotionPlace};
 pub use habits::{Foretold, Habits, Moment};
 pub use outcome::{Cue, Exit, Heard, MachineEnd, Outcome, Then, Verdict};
 pub use plan::{Choice, Harm, Mode, Place, Plan, Point, Shard, ShardError};
-pub use results::{Case, Group, Results, ResultsError, Row, key};
+pub use results::{Case, Group, Results, ResultsError, Row};
 pub use session::{Found, Session};
+pub use subject::{Profile, Subject};

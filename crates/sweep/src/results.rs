@@ -5,22 +5,18 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::key::key;
 use crate::outcome::Outcome;
+use crate::subject::Subject;
 
 /// A line of a file of results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Row {
     /// The first line: of which sweep it is a part.
-    Sweep {
-        /// Equal for equal sessions.
-        fingerprint: String,
-        /// How many points there are.
-        points: u64,
-        /// What was swept, for people.
-        #[serde(default, skip_serializing_if = "String::is_empty")]
-        of: String,
-    },
+    Sweep(Box<Subject>),
+    /// The host was seen to do now this and now that after it had heard the same.
+    Unsteady,
     /// An outcome that was not seen before.
     Outcome {
         /// Its key.
@@ -61,32 +57,39 @@ impl Case {
 /// Results that were put together: equal for the same points, whoever has found them in which order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Results {
-    of: Option<(String, u64)>,
-    name: String,
+    of: Option<Subject>,
+    unsteady: bool,
     outcomes: BTreeMap<String, Outcome>,
     cases: BTreeMap<String, Case>,
     points: BTreeMap<u64, String>,
 }
 
-/// Results that do not belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ResultsError {
-    /// The line of the file, from 1.
-    pub line: usize,
-    /// Whether it can be read at all.
-    pub readable: bool,
+/// A file that cannot be taken.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ResultsError {
+    /// A line is none of results, or the first is not the one that says what was swept.
+    Unreadable {
+        /// The line of the file, from 1.
+        line: usize,
+    },
+    /// They are those of another sweep.
+    Another {
+        /// The line of the file, from 1.
+        line: usize,
+        /// In what it differs, in words.
+        difference: String,
+    },
 }
 
 impl fmt::Display for ResultsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let line = self.line;
-        match self.readable {
-            true => write!(
-                f,
-                "line {line}: these are the results of another session or host; put them into another folder"
-            ),
-            false => {
-                write!(f, "line {line}: it is no line of results; remove the file and begin again")
+        match self {
+            ResultsError::Unreadable { line: 1 } => {
+                write!(f, "line 1: it does not say which sweep these are the results of")
+            }
+            ResultsError::Unreadable { line } => write!(f, "line {line}: it is no line of results"),
+            ResultsError::Another { line, difference } => {
+                write!(f, "line {line}: these are the results of another sweep: {difference}")
             }
         }
     }
@@ -106,29 +109,28 @@ pub struct Group<'a> {
 }
 
 impl Results {
-    /// Results of a session with so many points.
+    /// Results of a sweep, none yet.
     #[must_use]
-    pub fn of(fingerprint: String, points: u64) -> Results {
-        Results { of: Some((fingerprint, points)), ..Results::default() }
-    }
-
-    /// The same with what was swept, for people.
-    #[must_use]
-    pub fn named(self, name: String) -> Results {
-        Results { name, ..self }
+    pub fn of(subject: Subject) -> Results {
+        Results { of: Some(subject), ..Results::default() }
     }
 
     /// What was swept, for people; empty if that is not known.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.name
+        self.of.as_ref().map_or("", |subject| subject.of.as_str())
     }
 
     /// The first row of a file of them.
     #[must_use]
     pub fn head(&self) -> Option<Row> {
-        let (fingerprint, points) = self.of.clone()?;
-        Some(Row::Sweep { fingerprint, points, of: self.name.clone() })
+        self.of.clone().map(|subject| Row::Sweep(Box::new(subject)))
+    }
+
+    /// Whether the host was seen to do now this and now that after it had heard the same.
+    #[must_use]
+    pub fn is_unsteady(&self) -> bool {
+        self.unsteady
     }
 
     /// A point is done again, because what shows it is lost.
@@ -171,16 +173,14 @@ impl Results {
         known.is_none_or(|known| (size, point) < known)
     }
 
-    /// Takes a line, and says whether it belongs here.
-    pub fn take(&mut self, line: Row) -> bool {
+    /// Takes a line. One that does not belong here is left out, and the difference is returned.
+    pub fn take(&mut self, line: Row) -> Option<String> {
         match line {
-            Row::Sweep { fingerprint, points, of: name } => {
-                let of = (fingerprint, points);
-                if self.name.is_empty() {
-                    self.name = name;
-                }
-                return *self.of.get_or_insert_with(|| of.clone()) == of;
-            }
+            Row::Sweep(subject) => match &self.of {
+                Some(of) => return of.difference(&subject),
+                None => self.of = Some(*subject),
+            },
+            Row::Unsteady => self.unsteady = true,
             Row::Outcome { key, is } => drop(self.outcomes.entry(key).or_insert(*is)),
             Row::Case(case) => {
                 let known = self.cases.get(&case.outcome).map(Case::rank);
@@ -190,7 +190,7 @@ impl Results {
             }
             Row::Point(point, key) => drop(self.points.insert(point, key)),
         }
-        true
+        None
     }
 
     /// Takes a file of results. A last line that was torn off is left out. Returns the length of what is
@@ -198,17 +198,20 @@ impl Results {
     ///
     /// # Errors
     ///
-    /// If the file is of another session, or no such file.
+    /// If the file is of another sweep, or no such file.
     pub fn read(&mut self, text: &str) -> Result<usize, ResultsError> {
         let mut whole = 0;
         for (number, line) in (1..).zip(text.split_inclusive('\n')) {
             if !line.ends_with('\n') {
                 break;
             }
-            let read = serde_json::from_str(line);
-            let read = read.map_err(|_| ResultsError { line: number, readable: false })?;
-            if !self.take(read) {
-                return Err(ResultsError { line: number, readable: true });
+            let unreadable = ResultsError::Unreadable { line: number };
+            let row = serde_json::from_str(line).map_err(|_| unreadable.clone())?;
+            if number == 1 && !matches!(row, Row::Sweep(_)) {
+                return Err(unreadable);
+            }
+            if let Some(difference) = self.take(row) {
+                return Err(ResultsError::Another { line: number, difference });
             }
             whole += line.len();
         }
@@ -218,7 +221,7 @@ impl Results {
     /// How many points there are.
     #[must_use]
     pub fn total(&self) -> u64 {
-        self.of.as_ref().map_or(0, |(_, points)| *points)
+        self.of.as_ref().map_or(0, |subject| subject.points)
     }
 
     /// How many of them are done.
@@ -262,6 +265,7 @@ impl Results {
     #[must_use]
     pub fn lines(&self) -> Vec<Row> {
         let mut lines: Vec<Row> = self.head().into_iter().collect();
+        lines.extend(self.unsteady.then_some(Row::Unsteady));
         let outcomes = self.outcomes.iter();
         lines.extend(
             outcomes.map(|(key, is)| Row::Outcome { key: key.clone(), is: Box::new(is.clone()) }),
@@ -270,15 +274,6 @@ impl Results {
         lines.extend(self.points.iter().map(|(point, key)| Row::Point(*point, key.clone())));
         lines
     }
-}
-
-/// A short name for some bytes, always the same (FNV-1a, 64 bits).
-#[must_use]
-pub fn key(bytes: &[u8]) -> String {
-    let hash = bytes.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3)
-    });
-    format!("{hash:016x}")
 }
 
 /// The short name of an outcome.

@@ -2,10 +2,12 @@
 
 use vimc4_device::{Device, FaultNumber, Faulting, MAX_CAUSES, OwnedInput, Time, TimedInput};
 
-use crate::account::{Account, Witness, by_lines};
+use crate::account::{Account, Exchange, Witness, by_lines};
+use crate::key::key;
 use crate::outcome::{Exit, Outcome, Verdict, part, whereabouts};
-use crate::plan::{Base, Choice, Harm, Plan, Point};
-use crate::results::{Case, key, key_of};
+use crate::plan::{Base, Choice, Harm, Mode, Plan, Point};
+use crate::results::{Case, key_of};
+use crate::subject::{Profile, Subject, in_order};
 
 /// So many causes may follow the last input; an endless program goes on for ever.
 pub(crate) const AFTERWARDS: u32 = 100_000;
@@ -28,6 +30,7 @@ pub struct Session<D> {
     end: Time,
     ends: Vec<u8>,
     clean: Account,
+    choice: Choice,
     plan: Plan,
     snapshots: Vec<Snapshot<D>>,
 }
@@ -68,7 +71,8 @@ impl<D: Device + Clone> Session<D> {
         witness.run_on(AFTERWARDS);
         let (clean, _) = witness.finish();
         let plan = Plan::new(&clean, &device, choice);
-        Session { start: device, inputs, end, ends: ends.to_vec(), clean, plan, snapshots }
+        let (ends, choice) = (ends.to_vec(), choice.clone());
+        Session { start: device, inputs, end, ends, clean, choice, plan, snapshots }
     }
 
     /// What happens without a fault.
@@ -94,15 +98,59 @@ impl<D: Device + Clone> Session<D> {
         &self.ends
     }
 
-    /// A number that is equal for equal sessions: what was said and heard, and the points.
+    /// What is swept, for people and for everybody who puts results together. `of` is the command line of the
+    /// host, the name of the recording or of the function.
     #[must_use]
-    pub fn fingerprint(&self) -> String {
-        let mut text = self.plan.len().to_string();
+    pub fn subject(&self, of: String, model: Profile, machine: Profile) -> Subject {
+        Subject {
+            of,
+            model,
+            machine,
+            harms: in_order(&Harm::ALL, &self.choice.harms),
+            modes: in_order(&Mode::ALL, &self.choice.modes),
+            fingerprint: self.fingerprint(),
+            points: self.plan.len(),
+        }
+    }
+
+    /// Equal for sessions in which the same is said and heard, and the machine ends in the same place. When a
+    /// running host says it is a matter of luck; when a recorded one does is part of the recording.
+    fn fingerprint(&self) -> String {
+        let mut text = String::new();
         for exchange in &self.clean.exchanges {
             text += &format!("\n{:?} {:?}", exchange.said, exchange.heard);
         }
         text += &format!("\n{:?}", self.clean.end);
+        if !self.choice.live {
+            text += &format!("\n{:?}", self.inputs);
+        }
         key(text.as_bytes())
+    }
+
+    /// In what another run of the same host without a fault differs first, in words; None if a sweep can
+    /// build on it.
+    #[must_use]
+    pub fn difference(&self, again: &Session<D>) -> Option<String> {
+        let (one, two) = (&self.clean, &again.clean);
+        let shown = |said: Option<&Exchange>| match said {
+            Some(exchange) => format!("it sent `{}`", vimc4_device::escape(&exchange.said)),
+            None => "it sent nothing more".to_owned(),
+        };
+        let said = |exchange: Option<&Exchange>| exchange.map(|exchange| exchange.said.clone());
+        for number in 0..one.exchanges.len().max(two.exchanges.len()) {
+            let (first, then) = (one.exchanges.get(number), two.exchanges.get(number));
+            if said(first) != said(then) {
+                return Some(format!("first {}, then {}", shown(first), shown(then)));
+            }
+            if let (Some(first), Some(then)) = (first, then)
+                && first.heard != then.heard
+            {
+                let [said, first, then] = [&first.said, &first.heard, &then.heard]
+                    .map(|bytes| vimc4_device::escape(bytes).to_string());
+                return Some(format!("after `{said}` it heard first `{first}`, then `{then}`"));
+            }
+        }
+        (one.end != two.end).then(|| "the machine ended elsewhere".to_owned())
     }
 
     /// The inputs that begin the faults of a point, to be given first.

@@ -4,8 +4,8 @@
 use vimc4_catalogue::{Controller, machine, model};
 use vimc4_device::{Device, Harness, Input, Line, OwnedInput, Time, TimedInput};
 use vimc4_sweep::{
-    Choice, Exit, Foretold, Habits, Harm, Heard, MachineEnd, Mode, Place, Results, Session, Shard,
-    Then, Verdict,
+    Choice, Exit, Foretold, Habits, Harm, Heard, MachineEnd, Mode, Place, Profile, Results,
+    ResultsError, Session, Shard, Subject, Then, Verdict,
 };
 
 fn device(name: &str) -> Line<Controller> {
@@ -167,7 +167,7 @@ fn shards_share_all_points_and_put_together_they_are_the_whole() {
     let session = session(&LINES[..3], &Choice::default());
     let points = session.plan().len();
     let found = |numbers: &mut dyn Iterator<Item = u64>| {
-        let mut results = Results::of(session.fingerprint(), points);
+        let mut results = Results::of(subject(&session));
         let mut text = String::new();
         if let Some(line) = results.head() {
             text += &(serde_json::to_string(&line).unwrap() + "\n");
@@ -201,9 +201,87 @@ fn shards_share_all_points_and_put_together_they_are_the_whole() {
         Ok(text[..text.len() - 1].rfind('\n').unwrap() + 1)
     );
     assert_eq!(torn.done(), 8);
-    let mut other = Results::of("another".to_owned(), points);
-    assert!(other.read(&text).is_err_and(|error| error.readable));
-    assert!(other.read("nonsense\n").is_err_and(|error| !error.readable));
+    let unreadable = Err(ResultsError::Unreadable { line: 1 });
+    assert_eq!(Results::default().read("nonsense\n"), unreadable);
+    // Points without a head belong to nothing.
+    let headless = &text[text.find('\n').unwrap() + 1..];
+    let mut results = Results::of(subject(&session));
+    assert_eq!(results.read(headless), unreadable);
+    assert_eq!(results.done(), 0);
+}
+
+/// What a sweep of a session is of.
+fn subject(session: &Session<Line<Controller>>) -> Subject {
+    let profile = |name| Profile::new(name, &name);
+    session.subject("./driver".to_owned(), profile("imc-s8"), profile("mill"))
+}
+
+#[test]
+fn results_of_another_sweep_are_refused_and_the_difference_is_said() {
+    let choice = |harm, mode| Choice { harms: vec![harm], modes: vec![mode], live: false };
+    let dropped = choice(Harm::Dropped, Mode::Transient);
+    let here = subject(&session(&LINES, &dropped));
+    let like = |there: &Subject| {
+        let (one, other) = (Results::of(here.clone()), Results::of(there.clone()));
+        let line = serde_json::to_string(&other.head()).unwrap() + "\n";
+        one.clone().read(&line).map_err(|error| error.to_string())
+    };
+    assert!(like(&here).is_ok());
+    // In what order they were named does not matter.
+    let many = |harms: &[Harm]| {
+        let choice = Choice { harms: harms.to_vec(), ..dropped.clone() };
+        subject(&session(&LINES, &choice))
+    };
+    assert_eq!(many(&[Harm::Stop, Harm::Dropped, Harm::Stop]), many(&[Harm::Dropped, Harm::Stop]));
+    // As many points, in the same places.
+    let garbled = subject(&session(&LINES, &choice(Harm::Garbled, Mode::Transient)));
+    assert_eq!((garbled.points, &garbled.fingerprint), (here.points, &here.fingerprint));
+    let persistent = subject(&session(&LINES, &choice(Harm::Dropped, Mode::Persistent)));
+    let shorter = subject(&session(&LINES[..5], &dropped));
+    // The same lines, at other times.
+    let (mut inputs, end) = inputs(&LINES);
+    inputs[2].at = Time::from_millis(30_001);
+    let later = subject(&Session::new(device("imc-s8"), &inputs, end, b"\r", &dropped));
+    let other = |name: &str| Profile::new(name, &"another");
+    for (there, says) in [
+        (garbled, "the harms are `garbled` there and `dropped` here"),
+        (persistent, "the modes are `persistent` there and `transient` here"),
+        (
+            Subject { of: "./mended".to_owned(), ..here.clone() },
+            "what is swept is `./mended` there and `./driver` here",
+        ),
+        (
+            Subject { model: other("imc4"), ..here.clone() },
+            "the model is `imc4` there and `imc-s8` here",
+        ),
+        (
+            Subject { machine: other("bench"), ..here.clone() },
+            "the machine is `bench` there and `mill` here",
+        ),
+        (
+            Subject { model: other("imc-s8"), ..here.clone() },
+            "the model `imc-s8` has another profile there",
+        ),
+        (shorter, "without a fault something else happens there"),
+        (later, "without a fault something else happens there"),
+    ] {
+        let refused = format!("line 1: these are the results of another sweep: {says}");
+        assert_eq!(like(&there), Err(refused));
+    }
+}
+
+#[test]
+fn two_runs_that_differ_are_told_apart() {
+    let one = session(&LINES, &Choice::default());
+    let against = |lines: &[&str]| one.difference(&session(lines, &Choice::default()));
+    assert_eq!(against(&LINES), None);
+    let mut other = LINES;
+    other[2] = "@0A801,900,0,900,0,900,0,900";
+    assert_eq!(
+        against(&other).unwrap(),
+        "first it sent `@0A800,900,0,900,0,900,0,900`, then it sent `@0A801,900,0,900,0,900,0,900`"
+    );
+    assert_eq!(against(&LINES[..5]).unwrap(), "first it sent `@0P`, then it sent nothing more");
 }
 
 #[test]

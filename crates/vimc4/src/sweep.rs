@@ -146,6 +146,14 @@ impl Stand {
         let ends = Handling::of(&self.model).ends;
         Ok(Session::new(Line::ideal(controller), given, end, ends, choice))
     }
+
+    /// What a sweep of this session is of: with the same host, model, machine and choice it is another part
+    /// of the same.
+    #[must_use]
+    pub fn subject(&self, of: String, session: &Session<Line<Controller>>) -> Subject {
+        let model = Profile::new(self.model.name(), &self.model);
+        session.subject(of, model, Profile::new(&self.machine.name, &*self.machine))
+    }
 }
 
 impl Trial {

@@ -7,7 +7,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use vimc4::sweep::{Case, Results, Row, Shard};
+use vimc4::sweep::{Case, Results, ResultsError, Row, Shard};
 
 use crate::failure::Failure;
 
@@ -31,6 +31,12 @@ impl Folder {
         let failed = |error| cannot(path, error);
         fs::create_dir_all(path).map_err(failed)?;
         let name = path.join(format!("results-{}-of-{}.jsonl", shard.number, shard.of));
+        // Other shards of the same sweep may have their results here, and nothing else.
+        for file in results_in(path).map_err(failed)?.into_iter().filter(|file| *file != name) {
+            // One that is being written may be locked.
+            let Ok(text) = fs::read_to_string(&file) else { continue };
+            results.clone().read(&text).map_err(|error| wrong(&file, error, ELSEWHERE))?;
+        }
         let mut folder = match fs::read_to_string(&name) {
             Ok(_) if !resume => {
                 return Err(Failure::usage(format!(
@@ -40,7 +46,7 @@ impl Folder {
             }
             Ok(text) => {
                 let mut results = results;
-                let whole = results.read(&text).map_err(|error| wrong(&name, error))?;
+                let whole = results.read(&text).map_err(|error| wrong(&name, error, ELSEWHERE))?;
                 let file = OpenOptions::new().append(true).open(&name).map_err(failed)?;
                 // A line that was being written is written again.
                 file.set_len(whole as u64).map_err(failed)?;
@@ -134,7 +140,7 @@ pub(super) fn merge(folders: &[PathBuf], out: &Path) -> Result<Results, Failure>
     for folder in folders {
         for file in results_in(folder).map_err(|error| cannot(folder, error))? {
             let text = fs::read_to_string(&file).map_err(|error| cannot(&file, error))?;
-            results.read(&text).map_err(|error| wrong(&file, error))?;
+            results.read(&text).map_err(|error| wrong(&file, error, "name parts of one sweep"))?;
             files += 1;
         }
     }
@@ -207,8 +213,15 @@ fn lines(rows: &[Row]) -> Vec<u8> {
     lines
 }
 
-fn wrong(path: &Path, error: impl std::fmt::Display) -> Failure {
-    Failure::usage(format!("{}, {error}", path.display()))
+/// What to do with results that are in the way.
+const ELSEWHERE: &str = "name another folder with --out";
+
+fn wrong(path: &Path, error: ResultsError, help: &str) -> Failure {
+    let help = match error {
+        ResultsError::Unreadable { .. } => "remove the file and begin again",
+        ResultsError::Another { .. } => help,
+    };
+    Failure::usage(format!("{}, {error}; {help}", path.display()))
 }
 
 fn cannot(path: &Path, error: io::Error) -> Failure {

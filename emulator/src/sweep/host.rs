@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 #[cfg(unix)]
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-use vimc4::sweep::{Case, Exit, Foretold, Found, Habits, Point, Results, Session, Stand, key};
+use vimc4::sweep::{Case, Exit, Foretold, Found, Habits, Point, Results, Row, Session, Stand};
 use vimc4_device::{Fault, TimedInput};
 
 use super::arguments::Arguments;
@@ -97,10 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let words: Vec<String> =
         arguments.command.iter().map(|word| shown_in_line(&word.to_string_lossy())).collect();
-    let what = words.join(" ");
-    // Another host may say the same as long as nothing goes wrong.
-    let fingerprint = key(format!("{}\n{what}", session.fingerprint()).as_bytes());
-    let results = Results::of(fingerprint, session.plan().len()).named(what);
+    let results = Results::of(runs.stand.subject(words.join(" "), &session));
     let folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
@@ -163,14 +160,9 @@ impl Runs<'_> {
         let (Some(two), Some(one)) = (sessions.pop(), sessions.pop()) else {
             return Err(Failure::midway("the host was not run"));
         };
-        if one.0.fingerprint() != two.0.fingerprint() {
-            let pairs = one.0.clean().exchanges.iter().zip(&two.0.clean().exchanges);
-            let differs = pairs.filter(|(one, two)| one != two).map(|(one, _)| &one.said).next();
-            let line = differs.map_or_else(String::new, |said| {
-                format!(", first at `{}`", vimc4_device::escape(said))
-            });
+        if let Some(difference) = one.0.difference(&two.0) {
             return Err(Failure::usage(format!(
-                "the host does something else each time it runs{line}; points have no meaning then: \
+                "the host does something else each time it runs: {difference}; points have no meaning then: \
                  make what it sends depend on nothing but what it hears"
             )));
         }
@@ -211,6 +203,11 @@ impl Runs<'_> {
         if let Some(habits) = &self.habits {
             let mut habits = habits.write().unwrap_or_else(PoisonError::into_inner);
             habits.learn(session, &given, exit);
+            let mut folder = folder();
+            if habits.are_unsteady() && !folder.results.is_unsteady() {
+                folder.results.take(Row::Unsteady);
+                folder.write(&[Row::Unsteady])?;
+            }
         }
         drop(asking);
         match session.judge(point.number, &given, exit) {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-use vimc4::sweep::{Found, Results, Session};
+use vimc4::sweep::{Found, Profile, Results, Session};
 use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Names, Time, TimedInput};
 use vimc4_timeline::recording::{Head, What};
@@ -24,14 +24,18 @@ use crate::text;
 const CHUNK: usize = 256;
 
 pub(super) fn run(arguments: &Arguments, path: &Path) -> Result<ExitCode, Failure> {
-    let (head, session) = session(arguments, path).map_err(Failure::begins_nothing)?;
+    let (head, site, session) = session(arguments, path).map_err(Failure::begins_nothing)?;
     if session.plan().is_empty() {
         return Err(Failure::usage(format!(
             "{} has nothing that could go wrong: no input of a host; name a recording of a whole session",
             text::name(path)
         )));
     }
-    let results = Results::of(session.fingerprint(), session.plan().len()).named(text::name(path));
+    let model = Profile::new(site.model.name(), &head.model);
+    let machine = Profile::new(&site.machine.name, &head.machine);
+    // Where it lies differs from computer to computer.
+    let name = path.file_name().map_or(path, Path::new);
+    let results = Results::of(session.subject(text::name(name), model, machine));
     let mut folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
     let numbers = arguments.shard.numbers(session.plan().len());
     let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
@@ -94,7 +98,10 @@ fn take(
 }
 
 /// The session in a file.
-fn session(arguments: &Arguments, path: &Path) -> Result<(Head, Session<PlayedDevice>), Failure> {
+fn session(
+    arguments: &Arguments,
+    path: &Path,
+) -> Result<(Head, Site, Session<PlayedDevice>), Failure> {
     let recording = file::read(path)?;
     if let Some(line) = recording.torn {
         // Where nobody can be told there are the results.
@@ -135,5 +142,5 @@ fn session(arguments: &Arguments, path: &Path) -> Result<(Head, Session<PlayedDe
     head.from = "sweep".to_owned();
     let ends = Handling::of(&site.model).ends;
     let session = Session::new(device, &inputs, end, ends, &arguments.choice(false));
-    Ok((head, session))
+    Ok((head, site, session))
 }

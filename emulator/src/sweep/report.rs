@@ -38,7 +38,8 @@ pub(super) fn print(results: &Results, about: &About<'_>) -> Result<ExitCode, Fa
     if about.json {
         let outcomes: Vec<_> = groups.iter().map(|group| told(group, about.out)).collect();
         let report = json!({
-            "points": results.total(), "done": results.done(), "bad": bad, "outcomes": outcomes,
+            "points": results.total(), "done": results.done(), "bad": bad,
+            "unsteady": results.is_unsteady(), "outcomes": outcomes,
         });
         output::print(&format!("{report}\n"))?;
     } else {
@@ -86,6 +87,9 @@ fn text(results: &Results, groups: &[Group<'_>], bad: usize, about: &About<'_>) 
         (false, bad) => format!(", {bad} with something wrong"),
     };
     let mut text = format!("{of}{done}{part}, {outcomes}{wrong}\n");
+    if results.is_unsteady() {
+        text += "The host has not always done the same after hearing the same: --run-all runs it for every point.\n";
+    }
     for group in groups.iter().filter(|group| !group.outcome.verdicts.is_empty()) {
         let outcome = group.outcome;
         let _ = writeln!(text, "\n{} ({})", outcome.title(), count(group.points, "point"));
