@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 21] = [
+const PAGES: [(&str, &str); 22] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
@@ -28,6 +28,7 @@ const PAGES: [(&str, &str); 21] = [
     ("docs/ctl.md", include_str!("../../docs/ctl.md")),
     ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
+    ("docs/install.md", include_str!("../../docs/install.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
     ("docs/panel.md", include_str!("../../docs/panel.md")),
     ("docs/ncp.md", include_str!("../../docs/ncp.md")),
@@ -46,6 +47,8 @@ const PAGES: [(&str, &str); 21] = [
 const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("README.md", "cd ", "part of the one before"),
     ("", "cargo ", "builds or tests what is being tested; `.ci/run` does"),
+    ("docs/install.md", "cd ", "part of the one before"),
+    ("docs/install.md", "vimc4 console session.jsonl", "needs the recording of a test that failed"),
     ("docs/library.md", "export ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "python3 -m unittest", "emulator/tests/recipes.rs"),
     ("docs/library.md", "cc ", "emulator/tests/recipes.rs"),

@@ -6,6 +6,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::process::Command;
 
 use rustix::process::Signal;
 use serde_json::Value;
@@ -16,7 +17,7 @@ mod log;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, ask, connect, run, tcp, vimc4};
+use process::{Process, VIMC4, ask, connect, root, run, said, tcp, until, vimc4};
 
 /// `vimc4 serve` with these arguments and no others.
 fn serving(folder: &Path, arguments: &[&str]) -> Process {
@@ -48,6 +49,43 @@ fn it_says_where_it_listens_and_that_it_is_ready() {
     assert_eq!(serve.order("quit"), "");
     assert_eq!(serve.end().0, Some(0));
     assert!(!link.is_symlink());
+}
+
+/// Ends what a script has left running.
+struct Left<'a>(&'a Path);
+
+impl Drop for Left<'_> {
+    fn drop(&mut self) {
+        let kill = "test ! -e pid || kill $(cat pid)";
+        let _ = Command::new("sh").args(["-c", kill]).current_dir(self.0).status();
+    }
+}
+
+/// As the page on installing has it for CI: the script ends, and what it has started goes on.
+#[test]
+fn the_script_for_ci_serves_the_steps_that_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = |name: &str, arguments: &[&str]| {
+        let programs = Path::new(VIMC4).parent().unwrap().display();
+        let path = format!("{programs}:{}", std::env::var("PATH").unwrap());
+        let mut script = Command::new(root().join("ci/serve.sh"));
+        script.arg(folder.path().join(name)).args(arguments).env("PATH", path);
+        said(script.current_dir(folder.path()).output().unwrap())
+    };
+    let kept = folder.path().join("kept");
+    let served = script("kept", &["--tcp", "127.0.0.1:0", "--pty", "none"]);
+    let left = Left(&kept);
+    assert_eq!(served.0, 0, "{served:?}");
+    let mut client = connect(tcp(&ready(&served.1), 0));
+    assert_eq!(ask(&mut client, "@07\r", 1), "0");
+    drop(left);
+    let recording = kept.join("session.jsonl").display().to_string();
+    until("the recording is whole", || run(folder.path(), &["replay", &recording]).0 == 0);
+    assert!(fs::read_to_string(kept.join("conversation.log")).unwrap().contains("@07"));
+    // What cannot begin is said, and is no step that waits.
+    let (code, out, errors) = script("bad", &["--model", "nothing"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(errors.contains("there is no model `nothing`"), "{errors}");
 }
 
 #[test]

@@ -30,6 +30,8 @@ pub(crate) fn shared(
             root.join("target/debug/vimc4")
         }
     };
+    let panel = read(&root.join("crates/api/web/dist/licences.txt"))?;
+    let licences = [licences.as_bytes(), b"\nIn the panel of serve --web:\n\n", &panel].concat();
     let mut entries = vec![Entry::file("THIRD-PARTY.txt", licences)];
     for name in TEXTS {
         entries.push(Entry::file(name, read(&root.join(name))?));
