@@ -1,6 +1,9 @@
 //! `vimc4 console`: a controller, a program or a job, step by step, forward and back.
 
+#[cfg(feature = "api")]
+mod afar;
 mod camera;
+mod interrupts;
 mod opened;
 mod reading;
 pub(crate) mod screen;
@@ -10,12 +13,11 @@ mod shell;
 
 use std::cell::RefCell;
 use std::fs;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::{self, ExitCode};
+use std::process::ExitCode;
 use std::rc::Rc;
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
-use std::thread;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use vimc4::{Clients, Clock, Emulator};
@@ -23,7 +25,6 @@ use vimc4_catalogue::{Controller, Machine, bare};
 use vimc4_debug::Debugger;
 
 use crate::completions;
-use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, numbered};
@@ -31,8 +32,9 @@ use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
 use opened::{Opened, Sending};
+use script::Console;
 use session::{Cancel, Outcome, Session, Wrong};
-use shell::Shell;
+use shell::{PROMPT, Shell};
 
 #[derive(clap::Args)]
 #[command(
@@ -47,7 +49,8 @@ Without a file, or with the name of a model, there is a controller behind a pseu
 as `vimc4 serve` has it. While you type, its time is paused; clients stay connected and notice only
 the delay. `continue` lets it go on to the next breakpoint or Ctrl-C. Stepping forward moves the controller itself; going
 back, or doing something there, only looks, until `take` takes it there. With `--pty none --tcp none` there are
-no clients, and time passes only as you step.
+no clients, and time passes only as you step. With `--connect` the controller is one of a `vimc4 serve --http`
+that runs; at the end it goes on there.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What
 is done in the past begins a branch, and nothing is lost. Without a terminal, lines come from
@@ -59,6 +62,7 @@ Examples:
   vimc4 console examples/overlooked.jsonl
   vimc4 console imc-s8 --machine mill
   vimc4 console examples/commands.txt --machine mill --script examples/look.txt
+  vimc4 console --connect http://127.0.0.1:8080
 
 Exit codes: 0 it was ended, 1 an `assert` of a script does not hold, or a command of it is wrong, 2 wrong
 usage: nothing was done."
@@ -87,6 +91,9 @@ pub(crate) struct Arguments {
     /// default those of its comment `; axes: N`, or 7
     #[arg(long, value_parser = crate::run::axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     axes: Option<u8>,
+    #[cfg(feature = "api")]
+    #[command(flatten)]
+    afar: afar::Arguments,
 }
 
 /// Where clients find a controller, as `vimc4 serve` has it.
@@ -179,12 +186,17 @@ impl Ports {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    #[cfg(feature = "api")]
+    if arguments.afar.is_meant() {
+        return afar::run(&arguments.afar, arguments.script.as_deref());
+    }
     if arguments.screen {
         screen::check()?;
     }
     let cancel = Cancel::default();
     let links = Links::default();
-    listen(&cancel, &links);
+    let left = links.clone();
+    interrupts::listen(&cancel, move || left.remove());
     let session = Rc::new(RefCell::new(open(&arguments, cancel, &links)?));
     let end = converse(&session, &arguments);
     let emulators = Rc::into_inner(session).map(|session| session.into_inner().into_emulators());
@@ -197,16 +209,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 
 /// Carries out what is typed or written down.
 fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<ExitCode, Failure> {
-    if let Some(file) = &arguments.script {
-        let name = text::name(file);
-        let lines = script::text_of(file).map_err(|error| {
-            Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
-        })?;
-        script::script(&mut session.borrow_mut(), &name, &lines, 0)?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    if !io::stdin().is_terminal() && !arguments.screen {
-        return script::piped(&mut session.borrow_mut());
+    if !arguments.screen
+        && let Some(code) =
+            script::written_down(&mut *session.borrow_mut(), arguments.script.as_deref())?
+    {
+        return Ok(code);
     }
     interactive(session, arguments.screen)
 }
@@ -278,50 +285,6 @@ impl Links {
     }
 }
 
-/// Lets Ctrl-C end what is under way, and not the console; other ways to ask for an end do end it.
-fn listen(cancel: &Cancel, links: &Links) {
-    let (cancel, links) = (cancel.clone(), links.clone());
-    let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
-        return;
-    };
-    let (ready, is_ready) = mpsc::channel();
-    // Without the thread Ctrl-C ends the program, as it does everywhere.
-    let _ = thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
-        runtime.block_on(async {
-            let mut endings = Endings::without_interrupt();
-            loop {
-                tokio::select! {
-                    biased;
-                    interrupt = tokio::signal::ctrl_c() => match interrupt {
-                        Ok(()) => cancel.wish(),
-                        Err(_) => return,
-                    },
-                    _ = endings.told() => {
-                        links.remove();
-                        screen::leave();
-                        shell::leave();
-                        process::exit(ENDED);
-                    }
-                    () = tell(&ready) => {}
-                }
-            }
-        });
-    });
-    let _ = is_ready.recv();
-}
-
-/// Says that what is waited for before it is heard from now on, and is never done.
-async fn tell(ready: &mpsc::Sender<()>) {
-    let _ = ready.send(());
-    std::future::pending().await
-}
-
-/// The exit code of a program that was told to end, as shells have it.
-const ENDED: i32 = 143;
-
-/// What stands before what is typed.
-const PROMPT: &str = "(vimc4) ";
-
 /// Somebody is at the terminal.
 fn interactive(
     session: &Rc<RefCell<Session>>,
@@ -340,7 +303,7 @@ fn interactive(
             shell.meanwhile(PROMPT, |is_wanted| session.borrow_mut().read_on(is_wanted))?;
         }
         let Some(line) = shell.line(PROMPT)? else { break };
-        let outcome = script::carry_out(&mut session.borrow_mut(), &line);
+        let outcome = Console::carry_out(&mut *session.borrow_mut(), &line);
         match outcome {
             Ok(Outcome::Picture(..)) => {}
             Ok(Outcome::Said(text)) if text.is_empty() => {}
@@ -353,7 +316,7 @@ fn interactive(
                 Err(failure) => _ = failure.report(),
             },
             Ok(Outcome::Source(file)) => {
-                match script::called(&mut session.borrow_mut(), &file, 0) {
+                match script::called(&mut *session.borrow_mut(), &file, 0) {
                     Ok(script::Flow::GoesOn) => {}
                     Ok(script::Flow::Ends) => break,
                     Err(failure) => _ = failure.report(),

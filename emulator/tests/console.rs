@@ -17,7 +17,7 @@ use terminal::Terminal;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, root, vimc4};
+use process::{Process, VIMC4, ask, connect, root, run, vimc4};
 
 /// Runs `vimc4 console` in the folder of the project with this on its standard input.
 fn console(arguments: &[&str], typed: &str) -> Output {
@@ -704,4 +704,101 @@ fn a_terminal_that_can_only_print_lines_is_refused_the_full_screen() {
         Terminal::start_as("dumb", VIMC4, &["console", "imc4", "--screen"], &root(), home.path());
     terminal.wait_for("TERM says that this terminal can only print lines");
     assert_eq!(terminal.end(), 2);
+}
+
+// --- elsewhere ---
+
+/// What a console here and one on a controller elsewhere print and say of the same lines. In instant
+/// time both begin at nothing, and nothing happens but what the lines do.
+fn here_and_elsewhere(folder: &Path, lines: &str) -> [(i32, String, String); 2] {
+    let (_serve, ready) = Process::serve(
+        folder,
+        &["--machine", "mill", "--pty", "none", "--time", "instant", "--web"],
+    );
+    fs::write(folder.join("script.txt"), lines).unwrap();
+    let url = ready["http"].as_str().unwrap();
+    let here = ["--machine", "mill", "--pty", "none", "--tcp", "127.0.0.1:0", "--time", "instant"];
+    [&here[..], &["--connect", url]].map(|place| {
+        let outcome = run(folder, &[&["console", "--script", "script.txt"], place].concat());
+        let (code, out, err) = outcome;
+        // Where it listens.
+        let out =
+            out.lines().filter(|line| !line.starts_with("tcp ")).map(|line| line.to_owned() + "\n");
+        (code, out.collect(), err)
+    })
+}
+
+#[test]
+fn a_controller_elsewhere_is_debugged_in_the_same_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("more.txt"), "print x\nassert x = 0\n").unwrap();
+    let [here, elsewhere] = here_and_elsewhere(
+        folder,
+        "# a comment\n\nwhere\nsend @01\nsend @0A5000,900\nstep command\nstep command\ncontinue 1s\n\
+         print x\nback command\nsource more.txt\nwhy\nwhat if press stop\nhelp step\ncontroller\nhelp\n",
+    );
+    assert_eq!(here.0, 0, "{}", here.2);
+    assert!(here.1.contains("> print x\n898\n"), "{}", here.1);
+    assert_eq!(here, elsewhere);
+    for wrong in
+        ["where\nassert x = 1\nprint x\n", "frobnicate\n", "print 1 +\n", "source none.txt\n"]
+    {
+        let [here, elsewhere] = here_and_elsewhere(folder, wrong);
+        assert_eq!(here.0, 1);
+        assert_eq!(here, elsewhere);
+    }
+}
+
+#[test]
+fn a_controller_elsewhere_goes_on_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let given = ["--machine", "mill", "--pty", "none", "--time", "100x", "--web", "--count", "2"];
+    let (_serve, ready) = Process::serve(folder, &given);
+    let url = ready["http"].as_str().unwrap();
+    let clock =
+        |number: &str| run(folder, &["ctl", "--url", url, "--controller", number, "clock"]).1;
+    let begin = |arguments: &[&str]| {
+        let mut command = vimc4(folder, &["console", "--connect", url]);
+        Process::start(command.args(arguments))
+    };
+    let mut console = begin(&["--controller", "2"]);
+    console.give("controller\ncontroller 1\n");
+    assert_eq!(console.line(), "> controller");
+    assert_eq!(console.line(), "2");
+    assert_eq!(console.line(), "> controller 1");
+    assert!(console.line().contains("idle"));
+    for number in ["1", "2"] {
+        assert!(clock(number).contains("paused by the API"), "{}", clock(number));
+    }
+    console.give("quit\n");
+    assert_eq!(console.ended().code(), Some(0));
+    for number in ["1", "2"] {
+        assert!(!clock(number).contains("paused"));
+    }
+    // Ctrl-C ends what runs, and an end from outside lets go, too.
+    let mut console = begin(&["--controller", "1"]);
+    console.give("where\n");
+    assert_eq!(console.line(), "> where");
+    assert!(console.line().contains("idle"));
+    console.give("continue\n");
+    process::until("it runs", || !clock("1").contains("paused"));
+    console.signal(rustix::process::Signal::INT);
+    assert_eq!(console.line(), "> continue");
+    assert!(clock("1").contains("paused"));
+    console.signal(rustix::process::Signal::TERM);
+    assert_eq!(console.ended().code(), Some(143));
+    process::until("it is let go", || !clock("1").contains("paused"));
+    // Nothing is begun where there is nothing.
+    for (arguments, right) in [
+        (&["--connect", url][..], "give --controller, 1 to 2"),
+        (&["--connect", url, "--controller", "3"], "there is no controller `3`"),
+        (&["--connect", "http://127.0.0.1:1"], "is `vimc4 serve --http` running there?"),
+        (&["--connect", url, "--machine", "mill"], "cannot be used with"),
+        (&["--controller", "1"], "--connect"),
+    ] {
+        let (code, _, said) = run(folder, &[&["console"], arguments].concat());
+        assert!(code == 2 && said.contains(right), "{arguments:?}: {code} {said}");
+    }
 }

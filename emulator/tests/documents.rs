@@ -61,6 +61,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/api.md", "curl ", "emulator/tests/api.rs"),
     ("docs/api.md", "vimc4 serve --http 0.0.0.0:8080", "emulator/tests/api.rs"),
     ("", "vimc4 ctl", "emulator/tests/ctl.rs"),
+    ("", "vimc4 console --connect", "emulator/tests/console.rs"),
     ("docs/ctl.md", "export ", "emulator/tests/ctl.rs"),
     ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),
     ("", "vimc4 lines --serve -- python3 examples/tour.py", "waits for STOP; a test below"),

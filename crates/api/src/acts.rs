@@ -356,8 +356,16 @@ async fn ask_debugger(call: &Call, question: Question) -> Outcome {
     Ok(Answer::Json(desk.ask(open, control, memory, question).await?))
 }
 
+pub(crate) async fn cancel_debugger(call: Call) -> Outcome {
+    debugger_was_open(call.controller()?.desk.cancel().await)
+}
+
 pub(crate) async fn close_debugger(call: Call) -> Outcome {
-    match call.controller()?.desk.close().await {
+    debugger_was_open(call.controller()?.desk.close().await)
+}
+
+fn debugger_was_open(was_open: bool) -> Outcome {
+    match was_open {
         true => done(&Effect::Something),
         false => done(&Effect::Nothing { why: Some("it was not open") }),
     }

@@ -63,6 +63,9 @@ pub trait Debugging {
     fn is_over(&self) -> bool;
 }
 
+/// The remedy of a line of the debugger that says none itself.
+pub const DEBUGGER_REMEDY: &str = "the line `help` lists all";
+
 /// Ends what a debugger is doing, from another thread.
 pub type Cancel = Arc<dyn Fn() + Send + Sync>;
 
@@ -219,10 +222,18 @@ impl Desk {
         asker.0 = None;
         drop(turn);
         said.map_err(|_| gone())?.map_err(|wrong| {
-            let (detail, remedy) =
-                wrong.split_once("; ").unwrap_or((&wrong, "the line `help` lists all"));
+            let (detail, remedy) = wrong.split_once("; ").unwrap_or((&wrong, DEBUGGER_REMEDY));
             Problem::new(Kind::NotUnderstood, detail, remedy)
         })
+    }
+
+    /// Ends what the debugger is doing, which is then answered. Returns whether it is open.
+    pub(crate) async fn cancel(&self) -> bool {
+        match &*self.0.lock().await {
+            Some(opened) => (opened.cancel)(),
+            None => return false,
+        }
+        true
     }
 
     /// Closes the debugger, and returns when the controller goes on. Returns whether it was open.

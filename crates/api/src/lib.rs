@@ -45,7 +45,7 @@ mod served;
 mod server;
 mod table;
 
-pub use debugger::{Cancel, Debugging, Goal, Open};
+pub use debugger::{Cancel, DEBUGGER_REMEDY, Debugging, Goal, Open};
 pub use entry::KINDS;
 pub use guard::Token;
 pub use past::{Memory, Past};

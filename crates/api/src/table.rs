@@ -118,6 +118,8 @@ routes! {
         "Step forward and back, ask why and what if, in the words of the console; pauses time";
     GET "/v1/controllers/{n}/debugger/view" NONE NONE "View" debugger_view
         "Everything that is visible at the moment that the debugger looks at, or now if it is not open";
+    POST "/v1/controllers/{n}/debugger/cancel" NONE NONE "Done" cancel_debugger
+        "End what the debugger is doing: it answers where it stands";
     DELETE "/v1/controllers/{n}/debugger" NONE NONE "Done" close_debugger
         "Close the debugger: the controller goes on";
     GET "/v1/controllers/{n}/history" NONE NONE "History" history

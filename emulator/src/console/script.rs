@@ -1,9 +1,11 @@
 //! Commands that are written down, and files that are written by commands.
 
 use std::fs;
-use std::io::{self, BufRead, Read};
+use std::io::{self, BufRead, IsTerminal, Read};
 use std::path::Path;
 use std::process::ExitCode;
+
+use vimc4_debug::Completion;
 
 use super::screen;
 use super::session::{Outcome, Session, Wrong};
@@ -12,16 +14,32 @@ use crate::job::file::bounded;
 use crate::output;
 use crate::text;
 
-/// Carries out a line as somebody types it; an empty one does the last one again.
-pub(crate) fn carry_out(session: &mut Session, line: &str) -> Result<Outcome, Wrong> {
-    let outcome = session.carry_out(line);
-    drawn(session, outcome)
+/// A console, here or elsewhere.
+pub(crate) trait Console {
+    /// Carries out a line as somebody types it; an empty one does the last one again.
+    fn carry_out(&mut self, line: &str) -> Result<Outcome, Wrong>;
+
+    /// The same, where an empty line does nothing.
+    fn carry_out_once(&mut self, line: &str) -> Result<Outcome, Wrong>;
+
+    /// How a line can go on.
+    fn complete(&self, line: &str, cursor: usize) -> Completion;
 }
 
-/// The same, where an empty line does nothing.
-pub(crate) fn carry_out_once(session: &mut Session, line: &str) -> Result<Outcome, Wrong> {
-    let outcome = session.carry_out_once(line);
-    drawn(session, outcome)
+impl Console for Session {
+    fn carry_out(&mut self, line: &str) -> Result<Outcome, Wrong> {
+        let outcome = Session::carry_out(self, line);
+        drawn(self, outcome)
+    }
+
+    fn carry_out_once(&mut self, line: &str) -> Result<Outcome, Wrong> {
+        let outcome = Session::carry_out_once(self, line);
+        drawn(self, outcome)
+    }
+
+    fn complete(&self, line: &str, cursor: usize) -> Completion {
+        Session::complete(self, line, cursor)
+    }
 }
 
 /// Writes the screen into a file, if that is what was wanted.
@@ -35,11 +53,27 @@ fn drawn(session: &mut Session, outcome: Result<Outcome, Wrong>) -> Result<Outco
     Ok(Outcome::Said(format!("written to {file}")))
 }
 
+/// Carries out what a script or a pipe has. Nothing is returned if somebody is at the terminal.
+pub(crate) fn written_down(
+    console: &mut dyn Console,
+    file: Option<&Path>,
+) -> Result<Option<ExitCode>, Failure> {
+    let Some(file) = file else {
+        return if io::stdin().is_terminal() { Ok(None) } else { piped(console).map(Some) };
+    };
+    let name = text::name(file);
+    let lines = text_of(file).map_err(|error| {
+        Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
+    })?;
+    script(console, &name, &lines, 0)?;
+    Ok(Some(ExitCode::SUCCESS))
+}
+
 /// No file of commands has more bytes.
 const LARGEST: u64 = 8 << 20;
 
 /// The text of a file of commands; `-` is standard input. A device or a pipe may have no end.
-pub(crate) fn text_of(file: &Path) -> io::Result<String> {
+fn text_of(file: &Path) -> io::Result<String> {
     let bytes = bounded(file, LARGEST)?;
     String::from_utf8(bytes)
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
@@ -56,18 +90,13 @@ pub(crate) enum Flow {
 }
 
 /// Carries out the commands of a script. The first that fails ends it.
-pub(crate) fn script(
-    session: &mut Session,
-    name: &str,
-    lines: &str,
-    depth: u32,
-) -> Result<Flow, Failure> {
+fn script(console: &mut dyn Console, name: &str, lines: &str, depth: u32) -> Result<Flow, Failure> {
     for (number, line) in (1_u32..).zip(lines.lines()) {
         let failed = |message: String| Failure::at_line(message, name, lines, number);
         if let Err(message) = readable(line.as_bytes()) {
             return Err(failed(format!("{name}, line {number}: {message}")));
         }
-        match carry_out_once(session, line) {
+        match console.carry_out_once(line) {
             Ok(Outcome::Said(text)) => say(line, &text)?,
             Ok(Outcome::Picture(..)) => {}
             Ok(Outcome::Quit) => return Ok(Flow::Ends),
@@ -77,7 +106,7 @@ pub(crate) fn script(
                 return Err(failed(format!("{name}, line {number}: {why}")));
             }
             Ok(Outcome::Source(file)) => {
-                if called(session, &file, depth)? == Flow::Ends {
+                if called(console, &file, depth)? == Flow::Ends {
                     return Ok(Flow::Ends);
                 }
             }
@@ -90,13 +119,13 @@ pub(crate) fn script(
 }
 
 /// Carries out the commands of a file that another one, or somebody, calls.
-pub(crate) fn called(session: &mut Session, file: &str, depth: u32) -> Result<Flow, Failure> {
+pub(crate) fn called(console: &mut dyn Console, file: &str, depth: u32) -> Result<Flow, Failure> {
     if depth >= DEEPEST {
         return Err(Failure::midway(format!("{file} calls itself; leave `source` out")));
     }
     let lines = text_of(Path::new(file))
         .map_err(|error| Failure::midway(format!("cannot read {file}: {error}")))?;
-    script(session, file, &lines, depth + 1)
+    script(console, file, &lines, depth + 1)
 }
 
 /// What a line of a script was answered, behind the line.
@@ -113,7 +142,7 @@ fn say(line: &str, text: &str) -> Result<(), Failure> {
 const LONGEST: u64 = 1 << 16;
 
 /// Carries out what comes through a pipe, each line as it comes.
-pub(crate) fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
+fn piped(console: &mut dyn Console) -> Result<ExitCode, Failure> {
     let name = "standard input";
     let mut input = io::stdin().lock();
     let mut before = String::new();
@@ -133,12 +162,12 @@ pub(crate) fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
         };
         before.push_str(line);
         before.push('\n');
-        match carry_out_once(session, line) {
+        match console.carry_out_once(line) {
             Ok(Outcome::Said(text)) => say(line, &text)?,
             Ok(Outcome::Picture(..)) => {}
             Ok(Outcome::Quit) => break,
             Ok(Outcome::Source(file)) => {
-                if called(session, &file, 0)? == Flow::Ends {
+                if called(console, &file, 0)? == Flow::Ends {
                     break;
                 }
             }

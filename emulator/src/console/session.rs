@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use vimc4::{Control, Emulator, Report, Reports};
+#[cfg(feature = "api")]
+use vimc4::Control;
+use vimc4::{Emulator, Report, Reports};
 #[cfg(feature = "api")]
 use vimc4_catalogue::Controller;
 use vimc4_catalogue::{Details, Machine};
@@ -98,17 +100,18 @@ pub(crate) struct Cancel {
     wished: Arc<AtomicBool>,
     /// Another place to look whether to cancel: the keyboard, where Ctrl-C is a key like others.
     pub(crate) look: Option<fn() -> bool>,
-    /// The controller that runs and is to be paused then.
-    runs: Arc<Mutex<Option<Control>>>,
+    /// What ends what is under way elsewhere: the controller that runs is paused.
+    elsewhere: Arc<Mutex<Option<End>>>,
 }
+
+type End = Box<dyn Fn() + Send>;
 
 impl Cancel {
     pub(crate) fn wish(&self) {
         self.wished.store(true, Ordering::Relaxed);
-        let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(control) = &*runs {
-            // Whoever waits for the pause hears of it.
-            drop(control.pause());
+        let elsewhere = self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(end) = &*elsewhere {
+            end();
         }
     }
 
@@ -121,8 +124,9 @@ impl Cancel {
         self.wished.load(Ordering::Relaxed) || self.look.is_some_and(|look| look())
     }
 
-    fn set_running(&self, control: Option<Control>) {
-        *self.runs.lock().unwrap_or_else(PoisonError::into_inner) = control;
+    /// What there is to do elsewhere so that it ends.
+    pub(crate) fn also(&self, end: Option<End>) {
+        *self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner) = end;
     }
 }
 
@@ -442,7 +446,9 @@ impl Session {
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
         let stop = live.let_go(&mut self.debugger, until, &mut go_on(&self.cancel))?;
         let Some(stop) = stop else {
-            self.cancel.set_running(Some(live.control().clone()));
+            let control = live.control().clone();
+            // Whoever waits for the pause hears of it.
+            self.cancel.also(Some(Box::new(move || drop(control.pause()))));
             return Ok(None);
         };
         let leads_there = live.is_ahead(&self.debugger);
@@ -478,7 +484,7 @@ impl Session {
         let progress = &mut uninterrupted;
         let stop = live.paused(&mut self.debugger, reports, pause, progress)?;
         let Some(stop) = stop else { return Ok(None) };
-        self.cancel.set_running(None);
+        self.cancel.also(None);
         Ok(Some(self.stopped(stop)))
     }
 
@@ -525,15 +531,6 @@ impl Session {
         completion
     }
 
-    /// What can follow what is typed, to be shown behind it: the rest of the only word that it can
-    /// be, or the arguments.
-    pub(crate) fn hint(&self, line: &str) -> Option<String> {
-        let word = line.strip_suffix(' ')?;
-        let own = OWN.iter().find(|own| own.name == word).map(|own| own.arguments);
-        let arguments = own.or_else(|| Some(Directive::named(word)?.arguments))?;
-        (!arguments.is_empty()).then(|| arguments.to_owned())
-    }
-
     /// What is seen now.
     pub(crate) fn view(&self) -> View<Details> {
         if let Some(live) = self.live.as_ref().filter(|live| live.is_running())
@@ -543,6 +540,15 @@ impl Session {
         }
         self.debugger.device().view(self.debugger.now())
     }
+}
+
+/// What can follow what is typed, to be shown behind it: the rest of the only word that it can
+/// be, or the arguments.
+pub(crate) fn hint(line: &str) -> Option<String> {
+    let word = line.strip_suffix(' ')?;
+    let own = OWN.iter().find(|own| own.name == word).map(|own| own.arguments);
+    let arguments = own.or_else(|| Some(Directive::named(word)?.arguments))?;
+    (!arguments.is_empty()).then(|| arguments.to_owned())
 }
 
 /// Which file the screen is to be written into, and in which size.

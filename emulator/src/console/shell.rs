@@ -22,8 +22,12 @@ use rustyline::history::FileHistory;
 use rustyline::validate::Validator;
 use rustyline::{CompletionType, Config, Context, Editor, Helper};
 
-use super::session::Session;
+use super::script::Console;
+use super::session::hint;
 use crate::failure::Failure;
+
+/// What stands before what is typed.
+pub(crate) const PROMPT: &str = "(vimc4) ";
 
 /// So many lines are remembered.
 const REMEMBERED: usize = 1_000;
@@ -58,17 +62,17 @@ fn is_dumb() -> bool {
 const PASTE_AS_TYPED: &[u8] = b"\x1B[?2004l";
 
 /// Somebody at a terminal.
-pub(crate) struct Shell {
-    editor: Editor<Table, FileHistory>,
+pub(crate) struct Shell<C: Console> {
+    editor: Editor<Table<C>, FileHistory>,
     /// Where lines are remembered from one time to the next, if there is such a place.
     file: Option<PathBuf>,
 }
 
 /// What the editor asks the debugger's table of commands.
-struct Table(Rc<RefCell<Session>>);
+struct Table<C>(Rc<RefCell<C>>);
 
-impl Shell {
-    pub(crate) fn new(session: Rc<RefCell<Session>>) -> Result<Shell, Failure> {
+impl<C: Console> Shell<C> {
+    pub(crate) fn new(console: Rc<RefCell<C>>) -> Result<Shell<C>, Failure> {
         #[cfg(unix)]
         {
             let before = tcgetattr(rustix::stdio::stdin()).ok();
@@ -82,7 +86,7 @@ impl Shell {
             .auto_add_history(true)
             .build();
         let mut editor = Editor::with_config(config).map_err(failed)?;
-        editor.set_helper(Some(Table(session)));
+        editor.set_helper(Some(Table(console)));
         let file = remembered();
         if let Some(file) = &file {
             // There is none the first time.
@@ -142,7 +146,7 @@ impl Shell {
     }
 }
 
-impl Drop for Shell {
+impl<C: Console> Drop for Shell<C> {
     fn drop(&mut self) {
         if let Some(file) = &self.file {
             if let Some(folder) = file.parent() {
@@ -162,7 +166,7 @@ fn remembered() -> Option<PathBuf> {
     Some(state.join("vimc4/console-history"))
 }
 
-impl Completer for Table {
+impl<C: Console> Completer for Table<C> {
     type Candidate = Pair;
 
     fn complete(
@@ -172,8 +176,8 @@ impl Completer for Table {
         _: &Context<'_>,
     ) -> rustyline::Result<(usize, Vec<Pair>)> {
         // Nobody edits a line while one is carried out.
-        let Ok(session) = self.0.try_borrow() else { return Ok((cursor, Vec::new())) };
-        let completion = session.complete(line, cursor);
+        let Ok(console) = self.0.try_borrow() else { return Ok((cursor, Vec::new())) };
+        let completion = console.complete(line, cursor);
         let is_only = completion.candidates.len() == 1;
         let pairs = completion.candidates.into_iter().map(|candidate| Pair {
             display: candidate.text.clone(),
@@ -184,18 +188,18 @@ impl Completer for Table {
     }
 }
 
-impl Hinter for Table {
+impl<C> Hinter for Table<C> {
     type Hint = String;
 
     fn hint(&self, line: &str, cursor: usize, _: &Context<'_>) -> Option<String> {
         if cursor < line.len() {
             return None;
         }
-        self.0.try_borrow().ok()?.hint(line)
+        hint(line)
     }
 }
 
-impl Highlighter for Table {
+impl<C> Highlighter for Table<C> {
     fn highlight_hint<'h>(&self, hint: &'h str) -> std::borrow::Cow<'h, str> {
         match env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty()) {
             true => hint.into(),
@@ -204,6 +208,6 @@ impl Highlighter for Table {
     }
 }
 
-impl Validator for Table {}
+impl<C> Validator for Table<C> {}
 
-impl Helper for Table {}
+impl<C: Console> Helper for Table<C> {}

@@ -148,6 +148,10 @@ impl Client {
         self.answer(self.proven(request).call())
     }
 
+    pub(crate) fn delete(&self, path: &str) -> Result<Value, Trouble> {
+        self.answer(self.proven(self.agent.delete(self.url(path))).call())
+    }
+
     /// Without fields there is no body.
     pub(crate) fn post(&self, path: &str, fields: Value) -> Result<Value, Trouble> {
         self.send(self.agent.post(self.url(path)), fields)

@@ -27,8 +27,8 @@ use super::picture::{Prompt, SaidKind};
 use vimc4::{Report, Reports};
 
 use crate::console::camera;
-use crate::console::script;
-use crate::console::session::{Outcome, Session, Wrong};
+use crate::console::script::{self, Console};
+use crate::console::session::{Outcome, Session, Wrong, hint};
 use crate::failure::Failure;
 use crate::live::{self, Live, Until};
 
@@ -407,7 +407,7 @@ fn carry_out(session: &mut Session, line: &str) -> Next {
         }
         None => {}
     }
-    match script::carry_out_once(session, line) {
+    match Console::carry_out_once(session, line) {
         Ok(Outcome::Said(text)) if line.starts_with("picture ") => {
             session.say(&text, SaidKind::Answer);
         }
@@ -543,8 +543,7 @@ fn edit(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
     }
     let prompt = &mut look.prompt;
     let is_at_end = prompt.is_open && prompt.cursor == prompt.text.chars().count();
-    prompt.hint =
-        if is_at_end { session.hint(&prompt.text).unwrap_or_default() } else { String::new() };
+    prompt.hint = if is_at_end { hint(&prompt.text).unwrap_or_default() } else { String::new() };
     Next::GoOn
 }
 

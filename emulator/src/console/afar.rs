@@ -1,0 +1,250 @@
+//! The console of a controller that is served elsewhere: lines go there, and come back answered.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use vimc4_api::DEBUGGER_REMEDY;
+use vimc4_debug::{Candidate, Completion, Directive, TABLE};
+
+use super::interrupts;
+use super::script::{self, Console, Flow};
+use super::session::{Cancel, OWN, Outcome, Wrong};
+use super::shell::{PROMPT, Shell};
+use crate::ctl::client::{Client, Trouble, part};
+use crate::ctl::complete;
+use crate::failure::Failure;
+use crate::output;
+use crate::text;
+
+/// So long somebody who has pressed Tab waits.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+#[derive(clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "A controller elsewhere")]
+pub(crate) struct Arguments {
+    /// Debug a controller of the `vimc4 serve --http` that listens there
+    #[arg(long, value_name = "URL", conflicts_with_all = NOT_THERE, add = crate::completions::words(&["http://127.0.0.1:8080"]))]
+    connect: Option<String>,
+    /// The file with the token, where one is needed; by default the environment variable VIMC4_TOKEN
+    #[arg(long, value_name = "FILE", requires = "connect")]
+    token: Option<PathBuf>,
+    /// Which of several controllers, by its number from 1
+    #[arg(long, value_name = "NUMBER", requires = "connect", add = complete::controllers())]
+    controller: Option<usize>,
+}
+
+/// What is said where the controller is started.
+const NOT_THERE: [&str; 14] = [
+    "what",
+    "model",
+    "machine",
+    "screen",
+    "keep_going",
+    "time",
+    "axes",
+    "pty",
+    "replace",
+    "tcp",
+    "serial",
+    "clock",
+    "flash",
+    "count",
+];
+
+impl Arguments {
+    pub(crate) fn is_meant(&self) -> bool {
+        self.connect.is_some()
+    }
+}
+
+/// The debuggers of a server that are open, by the numbers of the controllers.
+#[derive(Clone)]
+struct Opened {
+    client: Client,
+    numbers: Arc<Mutex<BTreeSet<usize>>>,
+}
+
+impl Opened {
+    fn add(&self, number: usize) {
+        self.numbers.lock().unwrap_or_else(PoisonError::into_inner).insert(number);
+    }
+
+    /// The controllers go on.
+    fn close(&self) {
+        let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+        for number in std::mem::take(&mut *numbers) {
+            // A server that has ended has nothing to close.
+            let _ = self.client.delete(&format!("/controllers/{number}/debugger"));
+        }
+    }
+}
+
+/// A console whose controller is elsewhere.
+struct Afar {
+    client: Client,
+    cancel: Cancel,
+    opened: Opened,
+    /// Which controller is looked at.
+    number: usize,
+    /// The line that was carried out last.
+    last: String,
+}
+
+impl Drop for Afar {
+    fn drop(&mut self) {
+        self.cancel.also(None);
+        self.opened.close();
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<ExitCode, Failure> {
+    let client = Client::at(arguments.connect.as_deref(), arguments.token.as_deref())?;
+    let number = client.controller(arguments.controller)?;
+    let opened = Opened { client: client.clone(), numbers: Arc::default() };
+    let (cancel, left) = (Cancel::default(), opened.clone());
+    interrupts::listen(&cancel, move || left.close());
+    let mut afar = Afar { client, cancel, opened, number, last: String::new() };
+    // Time stands still from here on.
+    let view = afar.look()?;
+    if let Some(code) = script::written_down(&mut afar, file)? {
+        return Ok(code);
+    }
+    output::print(&text::shown(&format!(
+        "{} on {}. `help` lists the commands.\n",
+        part(&view, "model"),
+        part(&view, "machine")
+    )))?;
+    interactive(afar)
+}
+
+/// Somebody is at the terminal.
+fn interactive(afar: Afar) -> Result<ExitCode, Failure> {
+    let console = Rc::new(RefCell::new(afar));
+    let mut shell = Shell::new(Rc::clone(&console))?;
+    while let Some(line) = shell.line(PROMPT)? {
+        let outcome = console.borrow_mut().carry_out(&line);
+        match outcome {
+            Ok(Outcome::Said(text)) if text.is_empty() => {}
+            Ok(Outcome::Said(text)) => output::print(&format!("{text}\n"))?,
+            Ok(Outcome::Source(file)) => {
+                match script::called(&mut *console.borrow_mut(), &file, 0) {
+                    Ok(Flow::GoesOn) => {}
+                    Ok(Flow::Ends) => break,
+                    Err(failure) => _ = failure.report(),
+                }
+            }
+            Ok(Outcome::Quit) => break,
+            Ok(Outcome::Screen | Outcome::Picture(..)) => {}
+            Err(Wrong(wrong)) => output::print(&format!("error: {}\n", text::shown(&wrong)))?,
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Afar {
+    fn path(&self, rest: &str) -> String {
+        format!("/controllers/{}{rest}", self.number)
+    }
+
+    /// Opens the debugger, and returns what is seen.
+    fn look(&mut self) -> Result<Value, Trouble> {
+        // A line of nothing does that and no more.
+        self.client.post(&self.path("/debugger"), json!({ "line": "" }))?;
+        self.opened.add(self.number);
+        let (client, path) = (self.client.clone(), self.path("/debugger/cancel"));
+        // Whoever waits for an answer gets one.
+        self.cancel.also(Some(Box::new(move || drop(client.post(&path, Value::Null)))));
+        self.client.get(&self.path("/debugger/view"), &[])
+    }
+
+    /// Looks at another controller, which is paused for that. This one stays as it is.
+    fn change_to(&mut self, number: &str) -> Result<Outcome, Wrong> {
+        let wrong = |trouble: Trouble| Wrong(trouble.text());
+        let count = self.client.get("/controllers", &[]).map_err(wrong)?;
+        let count = count.as_array().map_or(0, Vec::len);
+        let wanted = number.parse().ok().filter(|number| (1..=count).contains(number));
+        let Some(wanted) = wanted else {
+            return Err(Wrong(format!("there is no controller {number}; there are 1 to {count}")));
+        };
+        if wanted == self.number {
+            return Ok(Outcome::Said(String::new()));
+        }
+        let before = std::mem::replace(&mut self.number, wanted);
+        if let Err(trouble) = self.look() {
+            self.number = before;
+            return Err(wrong(trouble));
+        }
+        self.carry_out_once("where")
+    }
+}
+
+impl Console for Afar {
+    fn carry_out(&mut self, line: &str) -> Result<Outcome, Wrong> {
+        let line = match line.trim() {
+            "" => self.last.clone(),
+            line => line.to_owned(),
+        };
+        self.last.clone_from(&line);
+        self.carry_out_once(&line)
+    }
+
+    fn carry_out_once(&mut self, line: &str) -> Result<Outcome, Wrong> {
+        let line = line.trim();
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        match (word, rest.trim()) {
+            ("screen" | "picture", _) => {
+                return Err(Wrong(format!(
+                    "`{word}` needs the controller in this program; the panel of the server shows it"
+                )));
+            }
+            ("source", "") => return Err(Wrong::new("how it is typed: source FILE")),
+            ("source", file) => return Ok(Outcome::Source(file.to_owned())),
+            ("controller", "") => return Ok(Outcome::Said(self.number.to_string())),
+            ("controller", number) => return self.change_to(number),
+            (word, "") if Directive::named(word).is_some_and(|known| known.name == "quit") => {
+                return Ok(Outcome::Quit);
+            }
+            _ => {}
+        }
+        let answer = self.client.post(&self.path("/debugger"), json!({ "line": line }));
+        let answer = answer.map_err(|trouble| match trouble {
+            // A console here says no remedy there, either.
+            Trouble::Refused(problem) if part(&problem, "remedy") == DEBUGGER_REMEDY => {
+                Wrong::new(part(&problem, "detail"))
+            }
+            trouble => Wrong(trouble.text()),
+        })?;
+        Ok(Outcome::Said(part(&answer, "text").to_owned()))
+    }
+
+    /// The names of the table, and the orders that the server knows.
+    fn complete(&self, line: &str, cursor: usize) -> Completion {
+        let begun = line.get(..cursor).unwrap_or(line);
+        let from = begun.rfind(char::is_whitespace).map_or(0, |at| at + 1);
+        let mut candidates = Vec::new();
+        let mut offer = |text: &str, about: &str| {
+            let candidate = Candidate { text: text.to_owned(), about: about.to_owned() };
+            let fits = text.starts_with(&begun[from..]) && text != &begun[from..];
+            if fits && !candidates.contains(&candidate) {
+                candidates.push(candidate);
+            }
+        };
+        if from == 0 {
+            TABLE.iter().for_each(|known| offer(known.name, known.about));
+            OWN.iter().for_each(|own| offer(own.name, own.about));
+        }
+        let client = self.client.clone().hurried(PATIENCE);
+        let ways = client.get(&self.path("/completions"), &[("line", begun)]).unwrap_or_default();
+        for way in ways.as_array().into_iter().flatten() {
+            offer(part(way, "line").get(from..).unwrap_or_default().trim_end(), part(way, "about"));
+        }
+        Completion { from, candidates }
+    }
+}
