@@ -26,11 +26,17 @@ const WEBSOCKET: &str = "--experimental-websocket";
 
 type Outcome = Result<(), Failed>;
 
-/// The lines of the page's block in this language.
+/// The lines of the page's blocks in this language.
 fn block(language: &str) -> Vec<&'static str> {
     let fence = format!("```{language}");
-    let lines = PAGE.lines().skip_while(|line| **line != *fence).skip(1);
-    lines.take_while(|line| *line != "```").collect()
+    let mut inside = false;
+    PAGE.lines()
+        .filter(|line| {
+            let was = inside;
+            inside = if inside { *line != "```" } else { *line == fence };
+            was && inside
+        })
+        .collect()
 }
 
 /// A controller as on the page, and where it really listens.
@@ -338,6 +344,41 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     Ok(())
 }
 
+/// What the page records plays, and so does what `--record` has written so far.
+fn what_is_recorded_over_http_plays() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let lines = block("sh").into_iter();
+    let lines: Vec<&str> = lines.skip_while(|line| !line.contains("/recording")).collect();
+    let count = lines.iter().take_while(|line| !line.contains("DELETE")).count() + 1;
+    for given in [&["--web"][..], &["--web", "--record", "other.jsonl"]] {
+        let (_serve, ready, address) = serve(folder.path(), given);
+        process::ask(
+            &mut connect(process::tcp(&ready, 0)),
+            "@07\r@0A50,900,0,900,0,900,0,900\r",
+            1,
+        );
+        for line in &lines[..count] {
+            let line = line.replace(THERE, &address);
+            printed(
+                Command::new("sh")
+                    .args(["-c", &line])
+                    .current_dir(folder.path())
+                    .output()
+                    .as_ref()?,
+            )?;
+        }
+        let (code, said, wrong) = run(folder.path(), &["replay", "session.jsonl"]);
+        assert!(code == 0 && said.contains("equal: 1 input "), "{said}{wrong}");
+    }
+    let (_serve, ready, address) = serve(folder.path(), &["--web", "--record", "third.jsonl"]);
+    process::ask(&mut connect(process::tcp(&ready, 0)), "@07\r", 1);
+    let line = format!("curl -s http://{address}/v1/controllers/1/recording");
+    let text = printed(&shell(&line))?;
+    assert_eq!(text, std::fs::read_to_string(folder.path().join("third.jsonl"))?);
+    assert!(text.contains(r#""in":"@07\r""#), "{text}");
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some();
@@ -349,6 +390,11 @@ fn main() -> ExitCode {
     let node = format!("node {WEBSOCKET} --version");
     let trials = vec![
         trial("curl_answers_as_shown", "curl --json x --version", curl_answers_as_shown),
+        trial(
+            "what_is_recorded_over_http_plays",
+            "curl --version",
+            what_is_recorded_over_http_plays,
+        ),
         trial("the_python_recipe_runs", "python3 --version", the_python_recipe_runs),
         trial("the_javascript_recipe_runs", &node, the_javascript_recipe_runs),
         trial("the_debugger_goes_forward_and_back", "", the_debugger_goes_forward_and_back),

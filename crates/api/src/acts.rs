@@ -13,8 +13,9 @@ use vimc4::{
 use crate::call::{Answer, Call, Outcome, no_such};
 use crate::debugger::{Goal, Question};
 use crate::entry;
-use crate::limits::{BREAKPOINTS, PAGE, SNAPSHOTS};
+use crate::limits::{BREAKPOINTS, PAGE, RECORDING, SNAPSHOTS};
 use crate::problem::{Kind, Problem};
+use crate::reading::Reading;
 use crate::served::{Debug, Kept, Served};
 
 // --- the server ---
@@ -23,6 +24,7 @@ pub(crate) async fn server(call: Call) -> Outcome {
     Answer::json(&json!({
         "name": "virtual IMC4",
         "version": env!("CARGO_PKG_VERSION"),
+        "instance": call.app.instance,
         "controllers": call.app.controllers.len(),
         "token": call.app.token.is_some(),
     }))
@@ -139,6 +141,65 @@ fn bytes_of(text: &str) -> Result<Vec<u8>, Problem> {
 pub(crate) async fn send(call: Call) -> Outcome {
     let bytes = bytes_of(call.text("send"))?;
     call.controller()?.control.inject(OwnedInput::Bytes(bytes.into())).await?;
+    done(&Effect::Something)
+}
+
+// --- what it keeps without power ---
+
+pub(crate) async fn flash(call: Call) -> Outcome {
+    let image = call.controller()?.control.flash().await?;
+    Ok(Answer::Text(String::from_utf8_lossy(&image).into_owned()))
+}
+
+pub(crate) async fn set_flash(call: Call) -> Outcome {
+    call.controller()?.control.set_flash(call.text("image").as_bytes())?.await?;
+    done(&Effect::Something)
+}
+
+// --- recordings ---
+
+pub(crate) async fn recording(call: Call) -> Outcome {
+    let served = call.controller()?;
+    // What was sent before is in it.
+    served.control.now().await?;
+    let recording = served.recordings.present().ok_or_else(not_recorded)?;
+    let (left, from) = recording.so_far().map_err(|error| {
+        let remedy = "POST to recording begins another one";
+        Problem::new(Kind::NotNow, format!("the recording cannot be read: {error}"), remedy)
+    })?;
+    Ok(Answer::Recording(Reading::of(left, from)))
+}
+
+fn not_recorded() -> Problem {
+    let remedy = "POST to recording begins one";
+    Problem::new(Kind::NoSuchThing, "nothing was to be recorded here", remedy)
+}
+
+pub(crate) async fn begin_recording(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let is_there = || {
+        let remedy = "read it with GET, and end it with DELETE";
+        Problem::new(Kind::NotNow, "it is recorded already", remedy)
+    };
+    if served.recordings.own().is_some() {
+        return Err(is_there());
+    }
+    let file = served.control.record_in_memory("the API", RECORDING).await?;
+    // Somebody else may have been quicker.
+    let mut own = served.recordings.own();
+    if own.is_some() {
+        file.end_here();
+        return Err(is_there());
+    }
+    *own = Some(file);
+    drop(own);
+    done(&Effect::Something)
+}
+
+pub(crate) async fn end_recording(call: Call) -> Outcome {
+    let served = call.controller()?;
+    let own = served.recordings.own().take();
+    own.ok_or_else(not_recorded)?.end_here();
     done(&Effect::Something)
 }
 
@@ -614,7 +675,7 @@ pub(crate) fn unknown_kind(name: &str) -> Problem {
 }
 
 /// What came of a deed.
-fn done(effect: &Effect) -> Outcome {
+pub(crate) fn done(effect: &Effect) -> Outcome {
     Answer::json(&match effect {
         Effect::Something => json!({ "effect": "something" }),
         Effect::Nothing { why } => json!({ "effect": "nothing", "why": why }),

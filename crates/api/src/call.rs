@@ -10,12 +10,15 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::problem::{Kind, Problem};
+use crate::reading::Reading;
 use crate::served::{App, Served};
 
 /// What a field of a request holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Of {
     Text,
+    /// A text that may be long.
+    Image,
     Number,
     /// A number, or a word for it.
     Value,
@@ -73,6 +76,8 @@ pub(crate) struct Call {
 pub(crate) enum Answer {
     Json(String),
     Text(String),
+    /// So many bytes of a recording, and what reads them.
+    Recording(Reading),
 }
 
 pub(crate) type Outcome = Result<Answer, Problem>;
@@ -176,7 +181,7 @@ pub(crate) fn body(
             return Err(wrong(format!("there is no field `{name}`")));
         };
         let (fits, right) = match field.of {
-            Of::Text => (value.is_string(), "a text"),
+            Of::Text | Of::Image => (value.is_string(), "a text"),
             Of::Number => (value.is_i64(), "a whole number"),
             Of::Value => (value.is_string() || value.is_i64(), "a whole number or a text"),
         };

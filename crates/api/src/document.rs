@@ -66,7 +66,11 @@ fn operation(route: &Route) -> Value {
             "schema": schema(field),
         })
     });
-    let kind = if route.answer == "Profile" { "text/plain" } else { "application/json" };
+    let kind = match route.answer {
+        "Profile" | "Image" => "text/plain",
+        "Recording" => "application/x-ndjson",
+        _ => "application/json",
+    };
     let answer = json!({ "$ref": format!("#/components/schemas/{}", route.answer) });
     let mut operation = json!({
         "summary": route.about,
@@ -107,7 +111,7 @@ fn parameters(path: &str) -> impl Iterator<Item = &str> {
 
 fn schema(field: &Field) -> Value {
     let kind = match field.of {
-        Of::Text => json!("string"),
+        Of::Text | Of::Image => json!("string"),
         Of::Number => json!("integer"),
         Of::Value => json!(["integer", "string"]),
     };

@@ -214,7 +214,8 @@ fn hello(app: &App, subscription: &Subscription) -> String {
         let part = app.controllers[followed.place].feed.after(u64::MAX - 1, 0);
         json!({ "number": followed.place + 1, "first": part.first, "last": part.last })
     });
-    json!({ "type": "hello", "controllers": controllers.collect::<Vec<_>>() }).to_string()
+    let controllers = controllers.collect::<Vec<_>>();
+    json!({ "type": "hello", "instance": app.instance, "controllers": controllers }).to_string()
 }
 
 fn subscribe(app: &App, wish: Wish) -> Result<Subscription, Problem> {

@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use tokio::sync::Notify;
-use vimc4::{CommandNumber, Deed, Event, Kinds, Motion, News, Report, Sink, Wants, What};
+use vimc4::{
+    CommandNumber, Deed, Entry, Event, Happened, Journal, Kinds, Motion, News, Picture, Report,
+    Sink, Stamp, Time, Wants, What,
+};
 
 use crate::limits::HISTORY;
 
@@ -22,6 +25,8 @@ pub(crate) struct Feed {
 
 #[derive(Debug, Default)]
 struct Kept {
+    /// How things stood before the first of them.
+    start: Picture,
     items: VecDeque<Arc<Item>>,
     /// The number of the last one.
     last: u64,
@@ -45,6 +50,22 @@ pub(crate) struct Item {
     pub(crate) course: Option<Arc<Item>>,
     /// It as JSON, once somebody has asked for it.
     pub(crate) json: OnceLock<Box<str>>,
+}
+
+impl Item {
+    /// As the library has it, if it has it.
+    fn entry(self: Arc<Item>) -> Option<Entry> {
+        // Mostly nobody else has it any more.
+        let report = Arc::try_unwrap(self).map_or_else(|own| own.report.clone(), |own| own.report);
+        let (command, what) = match report.what {
+            What::Event { command, event } => (command, Happened::Event(event)),
+            What::News(News::Deed { by, deed }) => {
+                (None, Happened::Deed { by: by.to_string().into(), deed })
+            }
+            _ => return None,
+        };
+        Some(Entry { number: 0, at: report.at, command, means: Arc::from(""), what })
+    }
 }
 
 /// Rings when something has happened anywhere, if anybody listens.
@@ -117,6 +138,35 @@ impl Feed {
         Part { first, last: kept.last, items }
     }
 
+    /// How things stand where it begins.
+    pub(crate) fn begin(&self, start: Picture) {
+        let mut kept = self.kept();
+        // What has happened since is not in the picture.
+        if kept.items.is_empty() {
+            kept.start = start;
+        }
+    }
+
+    /// What is kept of it up to now as the library has it, and how many entries are not kept any more.
+    pub(crate) fn journal(&self, now: Time) -> (Journal, u64) {
+        let kept = self.kept();
+        let mut journal = Journal::new(kept.start.clone(), usize::MAX);
+        for item in &kept.items {
+            let at = item.report.at;
+            match &item.report.what {
+                What::Event { command, event } => {
+                    journal.keep(Stamp { at, command: *command }, event.clone(), &*item.means);
+                }
+                What::News(News::Deed { by, deed }) => {
+                    journal.keep_deed(at, by.to_string(), deed.clone(), &*item.means);
+                }
+                _ => {}
+            }
+        }
+        journal.run_to(now);
+        (journal, kept.last - kept.items.len() as u64)
+    }
+
     /// The number of the latest entry, and whether something moves.
     pub(crate) fn state(&self) -> (u64, bool) {
         let kept = self.kept();
@@ -184,8 +234,10 @@ impl Kept {
             // It stands at another moment now, of which nothing is known.
             (self.course, self.begun) = (None, VecDeque::new());
         }
-        if self.items.len() >= HISTORY {
-            self.items.pop_front();
+        if self.items.len() >= HISTORY
+            && let Some(oldest) = self.items.pop_front().and_then(|oldest| oldest.entry())
+        {
+            self.start.apply(&oldest);
         }
         self.items.push_back(item);
     }

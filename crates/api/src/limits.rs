@@ -6,6 +6,12 @@ use std::time::{Duration, Instant};
 /// The largest body of a request, bytes.
 pub(crate) const BODY: usize = 64 * 1024;
 
+/// The largest body of a request with the image of a memory, bytes.
+pub(crate) const IMAGE: usize = 4 * 1024 * 1024;
+
+/// So many bytes of a controller are recorded for a client.
+pub(crate) const RECORDING: u64 = 64 * 1024 * 1024;
+
 /// The largest message of a client on a WebSocket, bytes.
 pub(crate) const MESSAGE: usize = 16 * 1024;
 
@@ -29,6 +35,9 @@ pub(crate) const PAGE: usize = 1_000;
 
 /// So many snapshots are kept for each controller.
 pub(crate) const SNAPSHOTS: usize = 100;
+
+/// So many things may be expected of each controller at a time.
+pub(crate) const EXPECTATIONS: usize = 100;
 
 /// So many breakpoints can be set.
 pub(crate) const BREAKPOINTS: usize = 1_000;

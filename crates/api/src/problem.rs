@@ -18,6 +18,7 @@ pub(crate) enum Kind {
     TooLarge,
     NotUnderstood,
     NotNow,
+    Unmet,
     TooMany,
     NoToken,
     Foreign,
@@ -25,7 +26,7 @@ pub(crate) enum Kind {
 }
 
 /// Every kind, with its name, its status and what it means.
-pub(crate) const KINDS: [(Kind, &str, StatusCode, &str); 11] = [
+pub(crate) const KINDS: [(Kind, &str, StatusCode, &str); 12] = [
     (Kind::NoSuchThing, "no-such-thing", StatusCode::NOT_FOUND, "There is nothing at this address"),
     (
         Kind::WrongMethod,
@@ -53,6 +54,7 @@ pub(crate) const KINDS: [(Kind, &str, StatusCode, &str); 11] = [
         "The words, the name or the value mean nothing to this controller",
     ),
     (Kind::NotNow, "not-now", StatusCode::CONFLICT, "This controller cannot do that, or not now"),
+    (Kind::Unmet, "unmet", StatusCode::CONFLICT, "What was expected is not met"),
     (Kind::TooMany, "too-many", StatusCode::TOO_MANY_REQUESTS, "A limit is reached"),
     (Kind::NoToken, "no-token", StatusCode::UNAUTHORIZED, "The token is missing or wrong"),
     (Kind::Foreign, "foreign", StatusCode::FORBIDDEN, "The request comes from a page of elsewhere"),
@@ -65,11 +67,18 @@ pub(crate) struct Problem {
     pub(crate) kind: Kind,
     detail: String,
     remedy: String,
+    /// What else programs want to know of it.
+    more: Option<(&'static str, serde_json::Value)>,
 }
 
 impl Problem {
     pub(crate) fn new(kind: Kind, detail: impl Display, remedy: impl Display) -> Problem {
-        Problem { kind, detail: detail.to_string(), remedy: remedy.to_string() }
+        Problem { kind, detail: detail.to_string(), remedy: remedy.to_string(), more: None }
+    }
+
+    /// With a field for programs.
+    pub(crate) fn with(self, field: &'static str, value: serde_json::Value) -> Problem {
+        Problem { more: Some((field, value)), ..self }
     }
 
     /// The errors of the library have the form `what is wrong; what would be right`.
@@ -79,9 +88,9 @@ impl Problem {
         Problem::new(kind, detail, remedy)
     }
 
-    /// With this remedy, if it has none of its own.
+    /// With this remedy, if it has none of its own. What is not met was asked for in the right way.
     pub(crate) fn or_remedy(mut self, remedy: impl FnOnce() -> String) -> Problem {
-        if self.remedy.is_empty() {
+        if self.remedy.is_empty() && self.kind != Kind::Unmet {
             self.remedy = remedy();
         }
         self
@@ -107,6 +116,9 @@ impl Problem {
         });
         if !self.remedy.is_empty() {
             document["remedy"] = self.remedy.clone().into();
+        }
+        if let Some((field, value)) = &self.more {
+            document[field] = value.clone();
         }
         document
     }
@@ -157,4 +169,12 @@ macro_rules! not_understood {
     };
 }
 
-not_understood!(OrderError, ConditionError, FaultError, RuleError, vimc4::ClockError);
+not_understood!(
+    OrderError,
+    ConditionError,
+    FaultError,
+    RuleError,
+    vimc4::Mistake,
+    vimc4::MemoryError,
+    vimc4::ClockError
+);

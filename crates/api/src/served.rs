@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -12,11 +12,13 @@ use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
 use vimc4::{Control, Emulator, Error, LengthUnit, Names, Snapshot, Time, View};
 
 use crate::debugger::{Desk, Open};
+use crate::expectations::Expectations;
 use crate::feed::{Bell, Feed};
 use crate::guard::Token;
 use crate::limits::{JOURNEYS, Rate, SOCKETS};
 use crate::past::Memory;
 use crate::problem::{Kind, Problem};
+use crate::recordings::Recordings;
 
 /// Everything that requests are about.
 #[derive(Debug)]
@@ -33,6 +35,8 @@ pub(crate) struct App {
     pub(crate) debugger: Option<Debug>,
     /// Changes a moment after something has happened.
     pub(crate) news: watch::Sender<()>,
+    /// By what a client knows that it is the same server that it has seen before.
+    pub(crate) instance: String,
     /// Somebody wants the program to end.
     pub(crate) quit: Arc<Notify>,
 }
@@ -57,6 +61,8 @@ pub(crate) struct Served {
     pub(crate) desk: Desk,
     /// Its past, if it can be looked at.
     pub(crate) memory: Memory,
+    pub(crate) expectations: Expectations,
+    pub(crate) recordings: Recordings,
     position: Turn<Option<(Instant, Arc<Position>)>>,
 }
 
@@ -116,6 +122,12 @@ impl Snapshots {
     }
 }
 
+/// No other server of this computer has been begun by the same process at the same time.
+fn instance() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    format!("{:x}-{:x}", now.as_nanos(), std::process::id())
+}
+
 impl App {
     /// Lets all controllers be watched from now on.
     pub(crate) async fn of(
@@ -133,15 +145,25 @@ impl App {
                 names = control.names().await?;
             }
             let feed = Feed::new(Arc::clone(&bell));
-            control.watch(feed.sink()).await?;
+            feed.begin(control.watch_from_here(feed.sink()).await?);
             let memory = Memory::default();
             if debugger.is_some() {
                 control.watch(memory.clone()).await?;
             }
             let about = about(number, emulator, &control, &names);
-            let (snapshots, desk, position) = Default::default();
-            let served = Served { control, feed, about, snapshots, desk, memory, position };
-            controllers.push(served);
+            let (snapshots, desk, expectations, position) = Default::default();
+            let recordings = Recordings::beside(emulator.recording());
+            controllers.push(Served {
+                control,
+                feed,
+                about,
+                snapshots,
+                desk,
+                memory,
+                expectations,
+                recordings,
+                position,
+            });
         }
         Ok(App {
             controllers,
@@ -153,6 +175,7 @@ impl App {
             bell,
             debugger: debugger.map(Debug),
             news: watch::Sender::new(()),
+            instance: instance(),
             quit,
         })
     }

@@ -25,13 +25,13 @@ use tokio::sync::{Notify, Semaphore};
 use tokio::time::timeout;
 use vimc4::Emulator;
 
-use crate::call::{Answer, Call, body, query, right_body};
+use crate::call::{Answer, Call, Of, body, query, right_body};
 use crate::debugger::Open;
 use crate::document;
 use crate::events;
 use crate::files::FILES;
 use crate::guard::{Token, has_token, is_from_here};
-use crate::limits::{BODY, CONNECTIONS, MESSAGE, PATIENCE};
+use crate::limits::{BODY, CONNECTIONS, IMAGE, MESSAGE, PATIENCE};
 use crate::problem::{Kind, Problem};
 use crate::served::App;
 use crate::table::{Route, TABLE};
@@ -254,6 +254,7 @@ async fn answer(app: Arc<App>, route: &'static Route, request: Request) -> Respo
     match take(app, route, request).await {
         Ok(Answer::Json(text)) => fixed("application/json", text),
         Ok(Answer::Text(text)) => fixed("text/plain; charset=utf-8", text),
+        Ok(Answer::Recording(reading)) => fixed("application/x-ndjson", Body::new(reading)),
         Err(problem) => problem.into_response(),
     }
 }
@@ -273,14 +274,16 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
         )
     })?;
     let query = query(route.query, pairs)?;
+    let is_large = route.body.iter().any(|field| field.of == Of::Image);
+    let most = if is_large { IMAGE } else { BODY };
     let too_large = || {
-        Problem::new(Kind::TooLarge, format!("the body has more than {BODY} bytes"), "send less")
+        Problem::new(Kind::TooLarge, format!("the body has more than {most} bytes"), "send less")
     };
     let says = parts.headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok());
-    if says.and_then(|length| length.parse::<u64>().ok()).is_some_and(|it| it > BODY as u64) {
+    if says.and_then(|length| length.parse::<u64>().ok()).is_some_and(|it| it > most as u64) {
         return Err(too_large());
     }
-    let bytes = match timeout(PATIENCE, to_bytes(content, BODY)).await {
+    let bytes = match timeout(PATIENCE, to_bytes(content, most)).await {
         Ok(Ok(bytes)) => bytes,
         // That is all that tells one from the other.
         Ok(Err(error)) if error.to_string().contains("length limit") => return Err(too_large()),

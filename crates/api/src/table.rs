@@ -2,8 +2,9 @@
 
 use axum::http::Method;
 
-use crate::acts;
+use crate::acts::*;
 use crate::call::{Call, Coming, Field, Of};
+use crate::expecting::{check, expectation, expectations, give_up, so_far, wait_until_met, watch};
 
 /// A route.
 pub(crate) struct Route {
@@ -48,6 +49,14 @@ const FAULT: &[Field] =
     &[Field::needed("fault", Of::Text, "as behind `fault`", "drop to-host once")];
 const RULES: &[Field] =
     &[Field::needed("rules", Of::Text, "one in each line", "when x > 1000: press stop")];
+const EXPECT: &[Field] = &[Field::needed(
+    "expect",
+    Of::Text,
+    "a sentence, with how often",
+    "command @A answered 0, at least once; then command @P, once",
+)];
+const IMAGE: &[Field] =
+    &[Field::needed("image", Of::Image, "as in the file of --flash", "vimc4 flash 1\n")];
 const PAGE: &[Field] = &[
     Field::optional("after", Of::Number, "only entries behind this number", "0"),
     Field::optional("limit", Of::Number, "no more of them, 1,000 at most", "200"),
@@ -65,7 +74,7 @@ macro_rules! routes {
             query: $query,
             body: $body,
             answer: $answer,
-            run: |call| Box::pin(acts::$run(call)),
+            run: |call| Box::pin($run(call)),
         }),+];
     };
 }
@@ -95,6 +104,16 @@ routes! {
         "What can follow an order that has been begun";
     POST "/v1/controllers/{n}/line" NONE SEND "Done" send
         "Send bytes to the controller, as its host does; answers are in the journal";
+    GET "/v1/controllers/{n}/flash" NONE NONE "Image" flash
+        "What is in the memory that outlives the power, as in the file of --flash";
+    PUT "/v1/controllers/{n}/flash" NONE IMAGE "Done" set_flash
+        "Put another image into that memory: settings in it count when it is switched on again";
+    GET "/v1/controllers/{n}/recording" NONE NONE "Recording" recording
+        "All that is recorded so far: what was begun here, or by --record";
+    POST "/v1/controllers/{n}/recording" NONE NONE "Done" begin_recording
+        "Record everything from now on";
+    DELETE "/v1/controllers/{n}/recording" NONE NONE "Done" end_recording
+        "End the recording that was begun here, and forget it";
     GET "/v1/controllers/{n}/clock" NONE NONE "Clock" clock
         "The time, how it passes, and whether and why it is paused";
     PUT "/v1/controllers/{n}/clock" NONE CLOCK "Clock" set_clock
@@ -134,6 +153,20 @@ routes! {
         "What happened on a branch, as in the journal; the last 10,000 entries of it";
     GET "/v1/controllers/{n}/journal" PAGE NONE "Journal" journal
         "What happened, numbered and oldest first; `next` goes on from there as `after`";
+    POST "/v1/controllers/{n}/journal/expect" NONE EXPECT "Met" so_far
+        "Whether all that is kept of it is as expected; if not, what came closest";
+    GET "/v1/controllers/{n}/expectations" NONE NONE "Expectations" expectations
+        "What is expected, and how that stands";
+    POST "/v1/controllers/{n}/expectations" NONE EXPECT "Expectation" watch
+        "Expect something from now on";
+    GET "/v1/controllers/{n}/expectations/{id}" NONE NONE "Expectation" expectation
+        "How an expectation stands";
+    POST "/v1/controllers/{n}/expectations/{id}/wait" NONE NONE "Expectation" wait_until_met
+        "Wait until it is met, or cannot be any more; given up with the connection";
+    POST "/v1/controllers/{n}/expectations/{id}/check" NONE NONE "Met" check
+        "Whether it is met by all that has happened; it is not expected any more then";
+    DELETE "/v1/controllers/{n}/expectations/{id}" NONE NONE "Done" give_up
+        "Expect it no more, met or not";
     GET "/v1/controllers/{n}/faults" NONE NONE "Faults" faults "The faults that there are";
     POST "/v1/controllers/{n}/faults" NONE FAULT "Fault" begin_fault "Something goes wrong";
     DELETE "/v1/controllers/{n}/faults" NONE NONE "Done" end_faults "All faults end";

@@ -99,6 +99,23 @@ macro_rules! families {
             }
         }
 
+        impl State {
+            /// The same with what another has in its memory that outlives the power, if that is of the
+            /// same family.
+            #[must_use]
+            pub fn with_memory_of(&self, other: &State) -> Option<State> {
+                match (self, other) {
+                    $(
+                        $(#[cfg($cfg)])?
+                        (State::$name(own), State::$name(other)) => {
+                            Some(State::$name(Box::new(own.with_memory_of(other))))
+                        }
+                    )+
+                    _ => None,
+                }
+            }
+        }
+
         /// What is visible only on controllers of one family.
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(tag = "family", rename_all = "lowercase")]

@@ -256,6 +256,23 @@ impl<D: Device + Clone + 'static> Handle<D> {
         })
     }
 
+    /// Continues from another state, which is made of the present one.
+    ///
+    /// # Errors
+    ///
+    /// If none can be made: then nothing has changed.
+    pub fn change(
+        &self,
+        make: impl FnOnce(&D) -> Result<D::State, ControlError> + Send + 'static,
+    ) -> Pending<()> {
+        let by = self.source();
+        self.with(move |runner| {
+            let state = make(runner.device())?;
+            runner.restore(&by, state);
+            Ok(())
+        })
+    }
+
     /// The device itself, as it is now: a copy that the caller can drive.
     pub fn device(&self) -> Pending<D>
     where

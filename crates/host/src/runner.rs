@@ -231,7 +231,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.resume(by)
     }
 
-    pub(crate) fn clock(&self) -> Clock {
+    /// How its time passes.
+    pub fn clock(&self) -> Clock {
         self.drive.clock()
     }
 

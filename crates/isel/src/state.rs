@@ -108,6 +108,13 @@ impl State {
         State { model: Arc::clone(&other.model), plant, ..self.clone() }
     }
 
+    /// The same with what another has in its flash memory, as if the chip had been changed: settings in
+    /// it count when it is switched on the next time.
+    #[must_use]
+    pub fn with_memory_of(&self, other: &State) -> State {
+        State { flash: other.flash.clone(), run: None, storing: false, ..self.clone() }
+    }
+
     /// A controller that has just been switched on.
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>, flash: Flash) -> State {
         let settings = Settings::factory(&model, &machine);

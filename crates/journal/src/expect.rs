@@ -40,6 +40,7 @@ mod eye;
 mod failed;
 mod failure;
 mod sentence;
+mod text;
 mod watch;
 
 use std::fmt::Write;
@@ -48,7 +49,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{Condition, Event, Names};
 
-use crate::words::short;
+use crate::words::{quoted, short};
 
 pub use check::Mistake;
 pub use failed::Reason;
@@ -172,8 +173,11 @@ impl Expectation {
                 stages.join("; then ")
             }
             Expectation::Rule(rule) => {
-                let Rule { whenever, then, .. } = &**rule;
-                let whenever = whenever.in_words(names);
+                let Rule { whenever, then, if_at_all } = &**rule;
+                let mut whenever = whenever.in_words(names);
+                if *if_at_all {
+                    whenever.push_str(", if at all");
+                }
                 match then {
                     Then::Held { state, span } if span.is_zero() => {
                         format!("whenever {whenever}: {}", names.write(state))
@@ -235,13 +239,15 @@ impl Pattern {
         match self {
             Pattern::When(condition) => names.write(condition).to_string(),
             Pattern::Command { like, reply, within } => {
-                let mut text = format!("command {like}");
+                let mut text = format!("command {}", quoted(like));
                 let reply = match reply {
                     None => String::new(),
                     Some(Reply::Any) => " answered".to_owned(),
-                    Some(Reply::Text(answer)) => format!(" answered {answer}"),
+                    Some(Reply::Text(answer)) => format!(" answered {}", quoted(answer)),
                     Some(Reply::Error(None)) => " answered with an error".to_owned(),
-                    Some(Reply::Error(Some(code))) => format!(" answered with error {code}"),
+                    Some(Reply::Error(Some(code))) => {
+                        format!(" answered with error {}", quoted(code))
+                    }
                 };
                 text.push_str(&reply);
                 if let Some(within) = within {

@@ -95,6 +95,12 @@ impl Display for Excerpt<'_> {
     }
 }
 
+/// A text, between quotation marks if it is more than a word.
+pub(crate) fn quoted(text: &str) -> String {
+    let is_word = !text.is_empty() && !text.contains(char::is_whitespace) && text != "within";
+    if is_word { text.to_owned() } else { format!("\"{text}\"") }
+}
+
 /// `after 5.6 s`, in two digits or as many as the whole part has.
 pub(crate) fn took(span: Duration) -> String {
     if span.is_zero() {

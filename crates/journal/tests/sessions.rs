@@ -205,6 +205,44 @@ fn as_it_happens_and_afterwards_are_the_same() {
     assert_eq!(seen.len(), 9, "{seen:?}");
 }
 
+#[test]
+fn what_is_no_sentence_is_told_with_what_would_be() {
+    let names = play(&[], |_, _, _| {}).1;
+    for (text, right) in [
+        ("", "say how often"),
+        ("command @A", "say how often, as in `command @A, once`"),
+        ("command @A, often", "say how often"),
+        ("command @J, once", "is wrong at `@J`"),
+        ("x > far, once", "a position in steps or mm"),
+        ("command @A answered 0 1, once", "more than a word"),
+        ("command @A answered \"0, once", "say how often"),
+        ("command @A answered within soon, once", "`soon` is no time"),
+        ("x > 1, once, within 5", "`5` is no time"),
+        ("x > 1, once; then", "say how often"),
+        ("x > 1, at least 0 times", "is always so"),
+        ("x > 1, 3 to once", "cannot come 3 times"),
+        ("whenever x > 1", "one colon"),
+        ("whenever x > 1: y < 1: z < 1", "one colon"),
+        ("whenever x > 1: answer F", "happens in one moment"),
+        ("x > 1, once; then whenever x > 2: y > 1", "say how often"),
+    ] {
+        let wrong = Expectation::read(text, &names).unwrap_err().to_string();
+        assert!(wrong.contains(right), "{text}: {wrong}");
+    }
+    for (text, words) in [
+        ("command A, once", "command @A, once"),
+        (" command \"@0A1, 2\" answered \"0 1\" within 2s, 2 times, and x > 1mm, never", ""),
+        ("whenever z < 0: signal cover is closed", ""),
+        ("command @A and x > 5, twice", ""),
+        ("whenever command @R, if at all: command @A within 1.5 s", ""),
+    ] {
+        let read = Expectation::read(text, &names).unwrap();
+        let again = read.in_words(&names);
+        assert!(words.is_empty() || again == words, "{again}");
+        assert_eq!(Expectation::read(&again, &names).unwrap(), read, "{again}");
+    }
+}
+
 /// How it comes out, in a word.
 fn compare(
     acts: &[Act],
@@ -266,6 +304,8 @@ fn compare(
     // What is written down is read again, and means the same.
     let text = serde_json::to_string(expected).unwrap();
     prop_assert_eq!(&serde_json::from_str::<Expectation>(&text).unwrap(), expected, "{}", text);
+    let words = expected.in_words(&names);
+    prop_assert_eq!(Expectation::read(&words, &names), Ok(expected.clone()), "{}", words);
     Ok(live.map_or_else(|| "met".to_owned(), |failure| format!("{:?}", failure.reason)))
 }
 

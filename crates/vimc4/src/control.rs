@@ -3,21 +3,23 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, Details, Family, Machine, Model, State};
+use vimc4_catalogue::{Controller, Details, Family, Machine, MemoryError, Model, State};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
     Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, Journey,
-    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Step,
+    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Step, unix_lines,
 };
 
 use vimc4_coverage::Coverage;
 use vimc4_journal::{Journal, Picture};
+use vimc4_timeline::recording::LineSort;
 
 use crate::coverage::Tally;
-use crate::record::{HostCommand, Memory, Record};
+use crate::record::{HostCommand, Memory, Passing, Record};
+use crate::recording::{Recorder, RecordingFile, recording_head};
 
 /// Controls an emulator without waiting: every method is that of the same name of
 /// [`Emulator`](crate::Emulator), but gives a [`Pending`] that can be awaited, or waited for later.
@@ -53,6 +55,8 @@ pub struct Control {
     machine: Arc<Machine>,
     pub(crate) handle: Handle<Line<Controller>>,
     pub(crate) record: Option<Record>,
+    /// What is used instead of it where there is none.
+    pub(crate) passing: Passing,
     tally: Option<Tally>,
 }
 
@@ -100,7 +104,7 @@ impl Control {
         record: Option<Record>,
         tally: Option<Tally>,
     ) -> Control {
-        Control { model, machine, handle, record, tally }
+        Control { model, machine, handle, record, passing: Passing::default(), tally }
     }
 
     /// The same controls under another name, which appears in the log and the news. Without one the
@@ -300,6 +304,14 @@ impl Control {
         self.handle.watch(sink)
     }
 
+    /// The same, and how things stand at the moment from which it watches.
+    pub fn watch_from_here(&self, sink: impl Sink + 'static) -> Pending<Picture> {
+        self.handle.with(|runner| {
+            runner.watch(Box::new(sink));
+            Ok(Picture::of(runner.device()))
+        })
+    }
+
     /// Detaches a sink. Returns whether it was still attached.
     pub fn detach(&self, sink: SinkId) -> Pending<bool> {
         self.handle.detach(sink)
@@ -430,6 +442,52 @@ impl Control {
             });
         }
         self.handle.restore(snapshot.state.clone())
+    }
+
+    /// What is in its memory that outlives the power, in the form of its [file](crate::Builder::flash).
+    pub fn flash(&self) -> Pending<Vec<u8>> {
+        self.handle.with(|runner| Ok(runner.device().flash_image()))
+    }
+
+    /// Puts another image into that memory, as if the chip had been changed: a stored program is there
+    /// at once, and settings count when it is switched on the next time. It has to be at rest.
+    ///
+    /// # Errors
+    ///
+    /// If the image is not one of this model.
+    pub fn set_flash(&self, image: &[u8]) -> Result<Pending<()>, MemoryError> {
+        let filled = Controller::new(&self.model, Arc::clone(&self.machine), &unix_lines(image))?;
+        let filled = Device::state(&filled);
+        Ok(self.handle.change(move |device| {
+            if !device.is_idle() {
+                return Err(ControlError::Unsupported(
+                    "something is going on, and may come from the memory; wait until it is idle, or press \
+                     stop",
+                ));
+            }
+            let mut state = Device::state(device);
+            state.device = state.device.with_memory_of(&filled).ok_or(ControlError::Ended)?;
+            Ok(state)
+        }))
+    }
+
+    // --- into a file ---
+
+    /// Records everything from now on, beginning with the present state, into the memory of this
+    /// program: at most so many bytes, then it ends. [`RecordingFile::so_far`] reads it, and
+    /// [`RecordingFile::end_here`] ends it. `from` says who records.
+    pub fn record_in_memory(&self, from: &str, most: u64) -> Pending<RecordingFile> {
+        let (model, machine) = (self.model.clone(), Arc::clone(&self.machine));
+        let from = from.to_owned();
+        self.handle.with(move |runner| {
+            let mut head = recording_head(&model, &machine, &runner.clock().to_string(), &from);
+            if runner.device().is_paced() {
+                head.line = LineSort::Paced;
+            }
+            let file = RecordingFile::in_memory(head, most, Names::of(runner.device()));
+            runner.watch(Box::new(Recorder(file.clone())));
+            Ok(file)
+        })
     }
 
     // --- time stands still ---

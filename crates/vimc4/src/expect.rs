@@ -85,11 +85,14 @@ impl Control {
         let (control, names) = (self.clone(), Arc::new(names.clone()));
         self.handle.with(move |runner| {
             let present = Picture::of(runner.device());
-            let record = control.record.clone().unwrap_or_else(|| {
-                let record = Record::new(present.clone());
-                runner.watch(Box::new(record.recorder()));
-                record
-            });
+            let passing = || {
+                control.passing.record(|| {
+                    let record = Record::passing(present.clone());
+                    runner.watch(Box::new(record.recorder()));
+                    record
+                })
+            };
+            let record = control.record.clone().unwrap_or_else(passing);
             let begin = |start: &Picture, before| Watch::new(expected, &names, start, before);
             let id = record.watch(present, Arc::clone(&names), begin);
             runner.look_again();
@@ -124,6 +127,24 @@ impl Watched {
             Some(failure) => Err(failure.into()),
             None => Ok(()),
         }
+    }
+
+    /// The same as [`check`](Watched::check), to be awaited: why it is not met, if it is not.
+    pub fn checked(mut self) -> Pending<Option<Box<Failure>>> {
+        let Some(id) = self.id.take() else { return Pending::promised().1 };
+        let record = self.record.clone();
+        self.control.handle.with(move |runner| {
+            let ended = record.unwatch(id, Some(runner.device().now()));
+            runner.look_again();
+            Ok(ended.and_then(|ended| ended.failure))
+        })
+    }
+
+    /// Whether it is met by what has happened so far. Something may still come too often.
+    pub fn is_met(&self) -> bool {
+        let memory = self.record.lock();
+        let watching = memory.watches.iter().find(|watching| Some(watching.id) == self.id);
+        watching.is_some_and(|watching| watching.failure.is_none() && watching.watch.is_met())
     }
 
     /// It is not expected any more, met or not.

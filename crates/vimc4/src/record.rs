@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use bytes::Bytes;
 use tokio::sync::oneshot;
@@ -41,6 +41,25 @@ struct Shared {
     memory: Mutex<Memory>,
     /// Whether anything is expected; if not, nothing needs to be looked at.
     watched: AtomicBool,
+    /// Whether it is kept only as long as anything is expected.
+    passing: bool,
+}
+
+/// The record of a controller that otherwise keeps none, as long as anything is expected of it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Passing(Arc<Mutex<Weak<Shared>>>);
+
+impl Passing {
+    /// The record, which is begun with `begin` if there is none.
+    pub(crate) fn record(&self, begin: impl FnOnce() -> Record) -> Record {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let present = known.upgrade().map(Record).filter(|record| !record.lock().over);
+        present.unwrap_or_else(|| {
+            let record = begin();
+            *known = Arc::downgrade(&record.0);
+            record
+        })
+    }
 }
 
 #[derive(Debug)]
@@ -130,6 +149,15 @@ struct Awaited(String, oneshot::Sender<Result<HostCommand, ControlError>>);
 impl Record {
     /// A memory that begins with the present state of things.
     pub(crate) fn new(start: Picture) -> Record {
+        Record::of(start, false)
+    }
+
+    /// The same, which is kept only as long as anything is expected.
+    pub(crate) fn passing(start: Picture) -> Record {
+        Record::of(start, true)
+    }
+
+    fn of(start: Picture, passing: bool) -> Record {
         let memory = Memory {
             commands: VecDeque::new(),
             journal: Journal::new(start, MEMORY),
@@ -141,7 +169,8 @@ impl Record {
             awaited: Vec::new(),
             over: false,
         };
-        Record(Arc::new(Shared { memory: Mutex::new(memory), watched: AtomicBool::new(false) }))
+        let (memory, watched) = (Mutex::new(memory), AtomicBool::new(false));
+        Record(Arc::new(Shared { memory, watched, passing }))
     }
 
     /// Whether anything is expected.
@@ -382,6 +411,10 @@ impl Sink for Recorder {
             }
             _ => {}
         }
+    }
+
+    fn has_enough(&self) -> bool {
+        self.0.0.passing && !self.0.is_watched()
     }
 
     fn due(&self) -> Option<Time> {

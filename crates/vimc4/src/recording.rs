@@ -59,8 +59,10 @@ struct Sheet {
     /// The name that was asked for.
     name: PathBuf,
     packing: Packing,
-    /// The file that is written now; `None` once nothing more can be.
-    file: Option<File>,
+    /// What is written on now; `None` once nothing more can be.
+    file: Option<Paper>,
+    /// What is written, where it is not a file.
+    memory: Vec<u8>,
     path: PathBuf,
     /// Its name once it is compressed.
     packed: PathBuf,
@@ -85,6 +87,13 @@ struct Sheet {
     packers: Vec<JoinHandle<()>>,
     /// Every file so far, by its final name.
     files: Vec<PathBuf>,
+}
+
+/// What a recording is written on.
+enum Paper {
+    File(File),
+    /// The memory of this program, up to so many bytes.
+    Memory(u64),
 }
 
 /// What a recording says of the controller.
@@ -154,28 +163,35 @@ impl RecordingFile {
         names: Names,
         tell: OnError,
     ) -> Result<RecordingFile, RecordingError> {
-        let mut sheet = Sheet {
-            name: path.to_owned(),
-            packing: Packing::of(path),
-            file: None,
-            path: PathBuf::new(),
-            packed: PathBuf::new(),
-            head,
-            size: size.unwrap_or(u64::MAX),
-            written: 0,
-            lines: Vec::new(),
-            names,
-            by: None,
-            led: false,
-            told: Time::ZERO,
-            ends: false,
-            cut: None,
-            tell,
-            packers: Vec::new(),
-            files: Vec::new(),
-        };
+        let mut sheet = Sheet::new(path, head, size.unwrap_or(u64::MAX), names, tell);
         sheet.open()?;
         Ok(RecordingFile(Arc::new(Mutex::new(sheet))))
+    }
+
+    /// Starts a recording in the memory of this program, which ends with its last whole line when it
+    /// has so many bytes.
+    pub(crate) fn in_memory(head: Head, most: u64, names: Names) -> RecordingFile {
+        let mut sheet = Sheet::new(Path::new(""), head, u64::MAX, names, Box::new(|_: &str| {}));
+        sheet.file = Some(Paper::Memory(most));
+        sheet.head.put(&mut sheet.lines);
+        sheet.write();
+        RecordingFile(Arc::new(Mutex::new(sheet)))
+    }
+
+    /// What is recorded so far, in whole lines: how many bytes, and what reads them while it goes on.
+    /// Of a recording in several files it is the last one, which plays by itself.
+    ///
+    /// # Errors
+    ///
+    /// If the file is not there any more.
+    pub fn so_far(&self) -> io::Result<(u64, Box<dyn Read + Send>)> {
+        let sheet = self.sheet();
+        let length = sheet.written;
+        if sheet.name.as_os_str().is_empty() {
+            return Ok((length, Box::new(Memory { of: self.clone(), at: 0 }.take(length))));
+        }
+        let file = File::open(&sheet.path)?;
+        Ok((length, Box::new(file.take(length))))
     }
 
     /// What is written is whole at any time, so a panic elsewhere is no reason to stop.
@@ -254,7 +270,45 @@ impl fmt::Debug for RecordingFile {
     }
 }
 
+/// Reads what is recorded in memory.
+struct Memory {
+    of: RecordingFile,
+    at: usize,
+}
+
+impl Read for Memory {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.of.sheet().memory.get(self.at..).unwrap_or_default().read(buffer)?;
+        self.at += read;
+        Ok(read)
+    }
+}
+
 impl Sheet {
+    fn new(path: &Path, head: Head, size: u64, names: Names, tell: OnError) -> Sheet {
+        Sheet {
+            name: path.to_owned(),
+            packing: Packing::of(path),
+            file: None,
+            memory: Vec::new(),
+            path: PathBuf::new(),
+            packed: PathBuf::new(),
+            head,
+            size,
+            written: 0,
+            lines: Vec::new(),
+            names,
+            by: None,
+            led: false,
+            told: Time::ZERO,
+            ends: false,
+            cut: None,
+            tell,
+            packers: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
     /// Starts the file of the current part.
     fn open(&mut self) -> Result<(), RecordingError> {
         let packed = part(&self.name, self.head.part);
@@ -263,7 +317,7 @@ impl Sheet {
             return Err(cannot_write(&packed, io::Error::from(io::ErrorKind::AlreadyExists)));
         }
         let file = OpenOptions::new().append(true).create_new(true).open(&plain);
-        self.file = Some(file.map_err(|error| cannot_write(&plain, error))?);
+        self.file = Some(Paper::File(file.map_err(|error| cannot_write(&plain, error))?));
         self.written = 0;
         self.files.push(plain.clone());
         self.path = plain;
@@ -282,13 +336,23 @@ impl Sheet {
     /// Hands pending lines to the operating system. If it does not accept them, the recording ends
     /// with its last whole line.
     fn write(&mut self) {
-        let Some(file) = &mut self.file else { return self.lines.clear() };
-        match file.write_all(&self.lines) {
-            Ok(()) => self.written += self.lines.len() as u64,
+        let whole = self.written.saturating_add(self.lines.len() as u64);
+        let written = match &mut self.file {
+            None => return self.lines.clear(),
+            Some(Paper::File(file)) => file.write_all(&self.lines),
+            Some(Paper::Memory(most)) if whole > *most => Err(io::ErrorKind::StorageFull.into()),
+            Some(Paper::Memory(_)) => {
+                self.memory.extend_from_slice(&self.lines);
+                Ok(())
+            }
+        };
+        match written {
+            Ok(()) => self.written = whole,
             Err(error) => {
                 // Half a line would be left out by its reader anyway.
-                let _ = file.set_len(self.written);
-                self.file = None;
+                if let Some(Paper::File(file)) = self.file.take() {
+                    let _ = file.set_len(self.written);
+                }
                 let path = self.path.display();
                 (self.tell)(&format!(
                     "cannot go on with the recording {path}: {error}; it is whole up to here, and \

@@ -97,6 +97,11 @@ impl<D: Device> Line<D> {
         Line::new(device, true)
     }
 
+    /// Whether every character takes its time.
+    pub fn is_paced(&self) -> bool {
+        self.wires.paced
+    }
+
     fn new(mut device: D, paced: bool) -> Line<D> {
         let wires = Wires {
             paced,

@@ -234,6 +234,12 @@ impl<C> Expect<C> {
         self.when(condition).never()
     }
 
+    /// What comes next is complete in these limits after what was before, or after the beginning.
+    pub(super) fn stage(mut self, after: Option<Duration>, within: Option<Duration>) -> Expect<C> {
+        self.0.begin(after, within, Vec::new());
+        self
+    }
+
     /// Whenever a condition becomes true, something holds.
     pub fn whenever(mut self, condition: impl Into<ConditionLike>) -> Whenever<C> {
         let whenever = Pattern::When(self.0.condition(condition));
@@ -245,6 +251,11 @@ impl<C> CommandClause<C> {
     /// It is answered with this text, without the end of the line.
     pub fn answered(self, text: impl Into<String>) -> CommandClause<C> {
         CommandClause { reply: Some(Reply::Text(text.into())), ..self }
+    }
+
+    /// It is answered with anything.
+    pub(super) fn answered_at_all(self) -> CommandClause<C> {
+        CommandClause { reply: Some(Reply::Any), ..self }
     }
 
     /// It is answered with an error.
@@ -266,7 +277,7 @@ impl<C> CommandClause<C> {
         CommandClause { reply, within: Some(span), ..self }
     }
 
-    fn clauses(self) -> Clauses<C> {
+    pub(super) fn clauses(self) -> Clauses<C> {
         let CommandClause { draft, like, reply, within } = self;
         Clauses { draft, what: Pattern::Command { like, reply, within } }
     }
@@ -323,13 +334,28 @@ impl<C> Clauses<C> {
         self.times(0)
     }
 
-    fn number(mut self, least: u64, most: Option<u64>) -> Sentence<C> {
+    pub(super) fn number(mut self, least: u64, most: Option<u64>) -> Sentence<C> {
         self.draft.add(self.what, least, most);
         Sentence { draft: self.draft, rule: None }
     }
 }
 
+impl<C> Clauses<C> {
+    /// Whenever this happens, something holds.
+    pub(super) fn whenever(self) -> Whenever<C> {
+        Whenever { draft: self.draft, whenever: self.what }
+    }
+}
+
 impl<C> Whenever<C> {
+    /// This follows, in the same moment or after it.
+    pub(super) fn must_follow_what(mut self, what: Clauses<C>) -> Following<C> {
+        if let Some(mistake) = what.draft.mistake {
+            self.draft.wrong(mistake);
+        }
+        Following { draft: self.draft, whenever: self.whenever, what: what.what }
+    }
+
     /// This state holds at that moment.
     pub fn must_be(self, state: impl Into<ConditionLike>) -> Sentence<C> {
         self.must_have_been(state).for_at_least(Duration::ZERO)

@@ -14,6 +14,10 @@ impl State {
     pub(crate) fn with_profiles_of(&self, _: &State) -> State {
         self.clone()
     }
+
+    pub(crate) fn with_memory_of(&self, _: &State) -> State {
+        self.clone()
+    }
 }
 
 /// A cart shows nothing that others do not.
