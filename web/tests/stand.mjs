@@ -56,14 +56,15 @@ export async function serve(...options) {
   };
 }
 
-/** A browser without a window, which draws in software. */
-export function browse() {
+/** A browser without a window, which draws in software. `more` are further arguments. */
+export function browse(...more) {
   return chromium.launch({
     executablePath: browserPath,
     args: [
       "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage",
       // A page that the test itself has made counts as one of elsewhere.
       ...(process.env.PANEL_FROM_DISK ? ["--disable-features=LocalNetworkAccessChecks"] : []),
+      ...more,
     ],
   });
 }
