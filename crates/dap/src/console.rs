@@ -38,9 +38,8 @@ impl Session {
         let mut answered = None;
         let arrived =
             held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
-                let (before, given) = (debugger.place(), debugger.history().usage().inputs);
                 // An axis may be called like the short word for a command.
-                let told = answered.insert(match is_axis(debugger, text) {
+                answered = Some(match is_axis(debugger, text) {
                     true => value(debugger, text).map(Answer::Value),
                     false => debugger.execute(text, progress).or_else(|error| {
                         // Text that is not a command may be an expression.
@@ -52,15 +51,6 @@ impl Session {
                         })
                     }),
                 });
-                // An input that was given takes effect now, as far as it does so by itself. Nothing
-                // else that is typed lets anything happen.
-                let is_given = matches!(told, Ok(Answer::Done))
-                    && debugger.history().usage().inputs > given
-                    && debugger.place() == before;
-                if is_given {
-                    let now = debugger.now();
-                    debugger.history_mut().run_to(now);
-                }
             })?;
         let has_moved = held.debugger().place() != place;
         let Some(answered) = answered.filter(|_| arrived) else {
@@ -223,8 +213,6 @@ fn set(debugger: &mut Debugger, path: &str, text: &str) -> Answered {
         Refusal(format!("{name} is {} to {}, and not {text}", values.start(), values.end()))
     })?;
     debugger.give(Input::Signal(signal.id, value));
-    let now = debugger.now();
-    debugger.history_mut().run_to(now);
     DONE
 }
 

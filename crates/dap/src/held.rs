@@ -1,8 +1,7 @@
 //! One controller: going through its history, and finding the place in its texts.
 
 use vimc4_debug::{
-    DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Refused, Stop, Trigger, Unit,
-    Way,
+    DebugError, Debugger, Depth, Frame, FrameKind, Reason, Stop, Trigger, Unit, Way,
 };
 use vimc4_device::{Condition, Event, Time};
 use vimc4_timeline::{Place, Progress};
@@ -103,19 +102,6 @@ impl Held {
             return live.let_go(debugger, Until::Command, progress);
         }
         Ok(Some(stop))
-    }
-
-    /// Why the rest of a file was not sent, if it was not.
-    pub(crate) fn rest_not_sent(&self) -> Option<String> {
-        let debugger = &self.opened.debugger;
-        let Refused { command, answer, why } = debugger.feed()?.refused(debugger.history())?;
-        let source = debugger.source();
-        let line = command.and_then(|command| source?.line_of(command)).unwrap_or(0);
-        let text = source.and_then(|source| source.lines.get((line as usize).checked_sub(1)?));
-        let text = text.map_or("", |text| text.trim());
-        Some(format!(
-            "line {line}: {text} was answered {answer}: {why}; the rest was not sent (`keepGoing` sends it)"
-        ))
     }
 
     /// Why something is possible only for a controller that runs by itself.
@@ -233,30 +219,6 @@ fn go(debugger: &mut Debugger, walk: &Walk, statement: Unit, progress: &mut Prog
         Walk::Go(way) => debugger.go(*way, None, progress),
         Walk::Until(at) => debugger.go(Way::Forward, Some(*at), progress),
         Walk::Step(unit, way, depth) => debugger.step(*unit, *way, *depth, 1, progress),
-        Walk::To(trigger, way) => find(debugger, trigger.clone(), *way, progress),
+        Walk::To(trigger, way) => debugger.find(trigger.clone(), *way, progress),
     }
-}
-
-/// Goes to where a condition holds, ignoring all breakpoints.
-fn find(debugger: &mut Debugger, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
-    let from = debugger.place();
-    let all = debugger.breakpoints().iter();
-    let heeded: Vec<_> =
-        all.filter(|breakpoint| breakpoint.is_enabled).map(|breakpoint| breakpoint.id).collect();
-    for id in &heeded {
-        debugger.enable_breakpoint(*id, false);
-    }
-    let own = debugger.add_breakpoint(trigger, Options::default());
-    let mut stop = debugger.go(way, None, progress);
-    debugger.remove_breakpoint(own);
-    for id in &heeded {
-        debugger.enable_breakpoint(*id, true);
-    }
-    let why = match stop.why {
-        Reason::Breakpoints(_) => return Stop { why: Reason::Gone, ..stop },
-        Reason::Cancelled => Reason::Cancelled,
-        _ => Reason::Nowhere,
-    };
-    stop = debugger.go_to(from).unwrap_or(stop);
-    Stop { why, ..stop }
 }

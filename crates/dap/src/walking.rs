@@ -1,7 +1,9 @@
 //! Controllers on their way, and where they stop.
 
 use serde_json::{Value, json};
-use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Trigger, Unit, Way, uninterrupted};
+use vimc4_debug::{
+    BreakpointId, Depth, FrameKind, Reason, Stop, Trigger, Unit, Way, uninterrupted,
+};
 use vimc4_device::{Condition, Device, Event, Output};
 use vimc4_timeline::{Begins, Found, Progress};
 
@@ -179,23 +181,22 @@ impl Session {
         let Some(held) = self.held.get_mut(thread) else { return };
         let is_ahead = walk.way() == Way::Forward;
         let is_live = held.opened.live.is_some();
-        let comes_to_rest = matches!(stop.why, Reason::Rest | Reason::End) && is_ahead;
+        let rests =
+            |stop: &Stop| matches!(stop.why, Reason::Rest | Reason::Refused(_) | Reason::End);
+        let comes_to_rest = rests(&stop) && is_ahead;
         let debugger = &held.opened.debugger;
         let feed = debugger.feed();
-        let asks = feed.and_then(|feed| feed.waits()).map(str::to_owned).filter(|_| comes_to_rest);
         let is_idle = debugger.device().is_idle() || stop.why == Reason::End;
         let is_done = is_idle && feed.is_none_or(|feed| feed.is_done(debugger.history()));
-        let is_end = comes_to_rest && asks.is_none() && is_done && !is_live;
+        let is_end = comes_to_rest && is_done && !is_live;
         // A run that starts at the end is meant to go beyond it.
         let again = is_end && held.end == Some(stop.place);
         held.end = is_end.then_some(stop.place);
-        let rests = |stop: &Stop| matches!(stop.why, Reason::Rest | Reason::End);
         let before = held.stop.take();
         let before = before.filter(|before| matches!(walk, Walk::Step(..)) && !rests(before));
         let line = before.or(held.last_line.take()).filter(|_| comes_to_rest);
         held.last_line = line.filter(|line| line.place == stop.place);
         let activity = debugger.device().activity();
-        let rest = held.rest_not_sent();
         held.stop = Some(stop.clone());
         let ends = |configuration: &crate::open::Configuration| {
             configuration.end_at_end || configuration.no_debug
@@ -215,15 +216,11 @@ impl Session {
             Reason::Cancelled => ("pause", "paused".to_owned()),
             Reason::End => ("pause", "the end of what is recorded".to_owned()),
             Reason::Broken(why) => ("pause", why.clone()),
-            Reason::Rest => match asks {
-                Some(asks) => ("pause", asks),
-                None if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
-                None if is_done => {
-                    let rest = rest.unwrap_or_else(|| "everything is done".to_owned());
-                    ("pause", format!("the end: {rest}"))
-                }
-                None => ("pause", activity.to_string()),
-            },
+            Reason::Waits(what) => ("pause", what.clone()),
+            Reason::Refused(why) => ("pause", format!("the end: {why} (`keepGoing` sends it)")),
+            Reason::Rest if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
+            Reason::Rest if is_done => ("pause", "the end: everything is done".to_owned()),
+            Reason::Rest => ("pause", activity.to_string()),
         };
         let ids = match &stop.why {
             Reason::Breakpoints(ids) => self.points_of(thread, ids),
@@ -463,9 +460,17 @@ impl Session {
             Refusal(format!("frame {frame_id} no longer exists; stackTrace has the present ones"))
         })?;
         let held = self.resting(thread as i64 + 1)?;
-        let line = held.frames().get(place).and_then(|Placed { line, .. }| *line);
+        let frames = held.frames();
+        let Some(Placed { frame, line }) = frames.get(place) else {
+            return Err(Refusal::new(
+                "there is no such frame now; stackTrace has the present ones",
+            ));
+        };
+        if frame.kind == FrameKind::Waits {
+            return Err(Refusal::new("the host waits here, where this line began already"));
+        }
         let (text, line) =
-            line.ok_or_else(|| Refusal::new("there is no line here to go back to"))?;
+            (*line).ok_or_else(|| Refusal::new("there is no line here to go back to"))?;
         let (trigger, _) = held.at_line(text, line).map_err(Refusal::new)?;
         self.begin(thread, Walk::To(trigger, Way::Back));
         DONE

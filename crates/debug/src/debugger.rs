@@ -180,6 +180,12 @@ impl Debugger {
         }
     }
 
+    /// What the host waits for at the present, if that holds it up.
+    #[must_use]
+    pub fn waits(&self) -> Option<&str> {
+        self.feed.as_ref()?.waits(&self.history)
+    }
+
     /// The host does not wait any longer for what it [waits](Feed::waits) for.
     pub fn go_on_all_the_same(&mut self) {
         if let Some(feed) = &mut self.feed {

@@ -34,8 +34,8 @@ pub struct Feed {
     done: BTreeMap<BranchId, Vec<Done>>,
     /// For each branch, the moments at which it asked the operator and by which piece, in order.
     asked: BTreeMap<BranchId, Vec<(Moment, usize)>>,
-    /// What it waits for.
-    waits: Option<String>,
+    /// The piece for which it waits or waited last, and where that was.
+    wait: Option<Wait>,
     /// It sends nothing more after an error reply.
     gives_up: bool,
 }
@@ -49,6 +49,31 @@ pub struct Refused {
     pub answer: String,
     /// What it means.
     pub why: String,
+}
+
+/// A piece that holds the host up. Several of them can be at one moment of the history, which does
+/// not tell them apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Wait {
+    place: Place,
+    piece: usize,
+    /// Whether it still waits for it.
+    lasts: bool,
+}
+
+/// What a host asks or has asked last.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Standing(Option<Wait>);
+
+/// What a host has done when its turn came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turn {
+    /// Something.
+    Acted,
+    /// Nothing.
+    Idle,
+    /// It has come to something that it asks, and waits.
+    Asks,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,7 +96,7 @@ impl Feed {
             lines: Arc::default(),
             done: BTreeMap::new(),
             asked: BTreeMap::new(),
-            waits: None,
+            wait: None,
             gives_up: false,
         }
     }
@@ -97,16 +122,34 @@ impl Feed {
 
     /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
     pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
-        let next = self.next(history);
-        if self.waits.take().is_some() && matches!(self.pieces.get(next), Some(Piece::Until(..))) {
-            self.keep(history, true, next + 1);
+        let waits = self.waits_for(history);
+        self.wait = None;
+        if let Some(piece) =
+            waits.filter(|own| matches!(self.pieces.get(*own), Some(Piece::Until(..))))
+        {
+            self.keep(history, true, piece + 1);
         }
     }
 
-    /// What it waits for or asks, if that holds it up.
+    /// What it waits for or asks at the present, if that holds it up.
     #[must_use]
-    pub fn waits(&self) -> Option<&str> {
-        self.waits.as_deref()
+    pub fn waits(&self, history: &History<Controller>) -> Option<&str> {
+        match self.pieces.get(self.waits_for(history)?)? {
+            Piece::Ask(what) | Piece::Until(_, what) => Some(what),
+            _ => None,
+        }
+    }
+
+    /// The piece that holds it up at the present.
+    fn waits_for(&self, history: &History<Controller>) -> Option<usize> {
+        let Wait { place, piece, .. } = self.wait.filter(|wait| wait.lasts)?;
+        // While it waits, time can pass, and something can be done by hand.
+        let next = match self.pieces.get(piece)? {
+            Piece::Ask(_) => piece + 1,
+            _ => piece,
+        };
+        let still = || history.is_at_end() && self.next(history) == next;
+        (place == history.present() || still()).then_some(piece)
     }
 
     /// Whether it has done everything on the way to the present.
@@ -123,18 +166,8 @@ impl Feed {
 
     /// The line of the file at which it waits or asks, if it does at the present.
     pub(crate) fn waits_at(&self, history: &History<Controller>) -> Option<u32> {
-        let present = history.present();
-        let asked = self.asked.get(&present.branch).map_or(&[][..], Vec::as_slice);
-        let asked = asked.iter().rev().filter(|(moment, _)| *moment == present.moment);
-        let asked = asked.map(|(_, piece)| *piece);
-        // Several can be at one moment: the one that it waits for now.
-        let is_now = |piece: &usize| match self.pieces.get(*piece) {
-            Some(Piece::Ask(what) | Piece::Until(_, what)) => self.waits.as_ref() == Some(what),
-            _ => false,
-        };
-        let next = history.is_at_end().then(|| self.next(history));
-        let piece = asked.clone().chain(next).find(is_now).or_else(|| asked.clone().next())?;
-        self.lines.get(piece).copied().filter(|line| *line > 0)
+        let line = self.lines.get(self.waits_for(history)?).copied();
+        line.filter(|line| *line > 0)
     }
 
     /// Whether it sends as soon as there is room, and not only when the controller rests.
@@ -142,14 +175,21 @@ impl Feed {
         !history.device().details().says_when_done() && !self.is_done(history)
     }
 
-    /// Does what is due now, and says whether it did anything. It does nothing in the past, and
-    /// nothing while an earlier input has not taken effect.
-    pub(crate) fn go_on(&mut self, history: &mut History<Controller>) -> bool {
-        self.waits = None;
+    /// Does what is due now, and says what that was. What it waited for by now is over: it asks what it
+    /// has asked at this moment behind that, or goes on. In the past it does nothing else, and nothing
+    /// while an earlier input has not taken effect.
+    pub(crate) fn go_on(&mut self, history: &mut History<Controller>) -> Turn {
         let present = history.present();
+        if let Some(piece) = self.asks_here(present) {
+            self.wait = Some(Wait { place: present, piece, lasts: true });
+            return Turn::Asks;
+        }
+        if let Some(wait) = &mut self.wait {
+            wait.lasts = false;
+        }
         let is_heeded = history.inputs(present.branch, present.moment.inputs).next().is_none();
         if !history.is_at_end() || !is_heeded {
-            return false;
+            return Turn::Idle;
         }
         let pieces = Arc::clone(&self.pieces);
         // A resting controller takes anything; otherwise it takes only what there is room for.
@@ -174,31 +214,32 @@ impl Feed {
                     history.give(Input::Signal(*button, 1));
                     history.give(Input::Signal(*button, 0));
                     self.keep(history, false, number + 1);
-                    return true;
+                    return Turn::Acted;
                 }
                 Piece::Wait(time) => {
                     history.run_to(history.now() + *time);
                     self.keep(history, true, number + 1);
                 }
-                Piece::Until(condition, what) => {
+                Piece::Until(condition, _) => {
                     let nothing: [&Event; 0] = [];
                     if !history.device().holds(condition, nothing.into_iter()) {
-                        self.waits = Some(what.clone());
+                        let place = history.present();
+                        self.wait = Some(Wait { place, piece: number, lasts: true });
                         break;
                     }
                     self.keep(history, true, number + 1);
                 }
-                Piece::Ask(what) => {
-                    self.waits = Some(what.clone());
+                Piece::Ask(_) => {
                     self.keep(history, true, number + 1);
-                    let asked = self.asked.entry(history.present().branch).or_default();
-                    asked.push((history.present().moment, number));
-                    return false;
+                    let place = history.present();
+                    self.asked.entry(place.branch).or_default().push((place.moment, number));
+                    self.wait = Some(Wait { place, piece: number, lasts: true });
+                    return Turn::Asks;
                 }
             }
             number += 1;
         }
-        number > first
+        if number > first { Turn::Acted } else { Turn::Idle }
     }
 
     /// Something has come out where the way was not known yet. After an error reply it does nothing
@@ -274,14 +315,89 @@ impl Feed {
         }
     }
 
-    /// It asks there once more.
-    pub(crate) fn ask_again(&mut self, place: Place) {
-        let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
-        let number =
-            asked.iter().rev().find(|(moment, _)| *moment == place.moment).map(|(_, it)| *it);
-        if let Some(Piece::Ask(what)) = number.and_then(|number| self.pieces.get(number)) {
-            self.waits = Some(what.clone());
+    /// The last moment on the way to the present at which it asked, and the piece that did.
+    pub(crate) fn asked_behind(&self, history: &History<Controller>) -> Option<(Place, usize)> {
+        let present = history.present();
+        let mut place = present;
+        loop {
+            let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
+            let is_behind = |(moment, piece): &&(Moment, usize)| {
+                *moment < place.moment
+                    || *moment == place.moment
+                        && (place != present || self.is_over(present, *piece))
+            };
+            if let Some((moment, piece)) = asked.iter().rev().find(is_behind) {
+                return Some((Place { branch: place.branch, moment: *moment }, *piece));
+            }
+            let mut branches = history.branches();
+            place = branches.find(|own| own.id == place.branch)?.parted?;
         }
+    }
+
+    /// The first of what it asked at a place that is still ahead there.
+    fn asks_here(&self, place: Place) -> Option<usize> {
+        let wait = self.wait.filter(|wait| wait.place == place);
+        let is_ahead = |piece: usize| wait.is_none_or(|wait| wait.piece < piece);
+        let mut asked = self.asked_at(place);
+        asked.find(|piece| is_ahead(*piece))
+    }
+
+    /// What it asked at a place, in order.
+    fn asked_at(&self, place: Place) -> impl DoubleEndedIterator<Item = usize> + '_ {
+        let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
+        asked.iter().filter(move |(moment, _)| *moment == place.moment).map(|(_, piece)| *piece)
+    }
+
+    /// Whether somebody has answered what it asked at the present.
+    fn is_over(&self, present: Place, piece: usize) -> bool {
+        let wait = self.wait.filter(|wait| wait.place == present);
+        wait.is_some_and(|wait| piece < wait.piece || piece == wait.piece && !wait.lasts)
+    }
+
+    /// Whether it asks at the present, or has asked there and was answered.
+    pub(crate) fn has_come_to_ask(&self, history: &History<Controller>) -> bool {
+        self.wait.is_some_and(|wait| wait.place == history.present())
+    }
+
+    /// The present is before whatever it asks there.
+    pub(crate) fn has_moved(&mut self) {
+        self.wait = None;
+    }
+
+    /// It asks there once more.
+    pub(crate) fn ask_again(&mut self, place: Place, piece: Option<usize>) {
+        let piece = piece.or_else(|| self.asked_at(place).next());
+        self.wait = piece.map(|piece| Wait { place, piece, lasts: true });
+    }
+
+    /// Somebody comes to a place by its name or time, after everything that happens then: it waits for
+    /// what it asked there last, unless it is known to be there.
+    pub(crate) fn is_found(&mut self, place: Place) {
+        if self.wait.is_none_or(|wait| wait.place != place) {
+            let last = self.asked_at(place).next_back();
+            self.wait = last.map(|piece| Wait { place, piece, lasts: true });
+        }
+    }
+
+    /// What it asks or has asked last, to be put back.
+    pub(crate) fn standing(&self) -> Standing {
+        Standing(self.wait)
+    }
+
+    pub(crate) fn stand(&mut self, Standing(wait): Standing) {
+        self.wait = wait;
+    }
+
+    /// Something was done by hand at a place, perhaps on a branch that begins there: what it had not come
+    /// to ask there by then it asks after that.
+    pub(crate) fn is_given(&mut self, history: &History<Controller>, from: Place) {
+        let Some(next) = self.asks_here(from) else { return };
+        if history.present() == from
+            && let Some(asked) = self.asked.get_mut(&from.branch)
+        {
+            asked.retain(|(moment, piece)| *moment != from.moment || *piece < next);
+        }
+        self.keep(history, true, next);
     }
 
     fn keep(&mut self, history: &History<Controller>, is_over: bool, next: usize) {

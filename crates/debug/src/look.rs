@@ -249,7 +249,9 @@ impl Debugger {
     pub fn file(&mut self) -> Option<Listing> {
         let executing = self.executing();
         let source = self.source()?;
-        let present = executing.and_then(|command| source.line_of(command.number));
+        let waits = self.feed().and_then(|feed| feed.waits_at(self.history()));
+        let present =
+            waits.or_else(|| executing.and_then(|command| source.line_of(command.number)));
         let waits = |line| self.breakpoint_for(|trigger| *trigger == Trigger::SourceLine(line));
         let lines = (1_u32..).zip(&source.lines).map(|(number, text)| ListedLine {
             number: number.into(),

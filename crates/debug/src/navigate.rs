@@ -8,9 +8,10 @@ use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sou
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::Debugger;
+use crate::feed::{Standing, Turn};
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
-use crate::{DebugError, Depth, Unit, Way};
+use crate::{DebugError, Depth, Feed, Refused, Unit, Way};
 
 impl Debugger {
     /// Makes a number of steps. With [`Depth::Over`] and [`Depth::Out`] it stops at breakpoints on
@@ -39,13 +40,20 @@ impl Debugger {
         let from = self.place();
         let mut passed = BTreeMap::new();
         let mut open = loops(self.device()).len();
+        self.find_problems(&mut problems);
         while made < count {
-            self.host_goes_on(way);
+            if self.host_goes_on(way) == Turn::Asks {
+                return self.stopped_after(self.rests(), notes, problems);
+            }
             if heeds && way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
             }
             let begin = self.place();
             let end = self.end_of_way();
+            let feed = self.feed.as_ref();
+            let behind = feed.filter(|_| way == Way::Back);
+            let behind = behind.and_then(|feed| feed.asked_behind(&self.history));
+            let is_asked = feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).step(unit, depth, open, source).telling();
@@ -55,11 +63,17 @@ impl Debugger {
             let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let limit = asked.map_or(end, |place| place.moment.at.min(end));
-            let found = match way {
-                Way::Forward => history.seek_next(limit, &mut walk, progress),
-                Way::Back => history.seek_last(&mut walk, progress),
+            let found = match (way, is_asked) {
+                (Way::Forward, _) => history.seek_next(limit, &mut walk, progress),
+                (Way::Back, false) => history.seek_last(&mut walk, progress),
+                // What happens at this moment comes before what the host asks.
+                (Way::Back, true) => history.seek_last_or_here(&mut walk, progress),
             };
             let is_beyond = is_beyond(history, asked);
+            let is_before = |(asked, _): &(Place, usize)| {
+                found == Found::Nowhere || !is_after(history.present(), *asked)
+            };
+            let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
             let mut met = ids(&walk, history.now());
             let is_step = walk.is_step || met.is_empty();
             notes.append(&mut walk.notes);
@@ -69,6 +83,11 @@ impl Debugger {
                 // Where a step pulse ends the step, hits after it may have been counted.
                 self.has_counted(begin, unit != Unit::Step);
             }
+            if let Some((place, piece)) = behind {
+                let why = self.asks_again(Some(place), Some(piece));
+                return self.stopped_after(why, notes, problems);
+            }
+            self.host_moves(found);
             if way == Way::Back && !met.is_empty() && found == Found::Here {
                 if !self.counted_back(&mut met, &mut passed, progress) {
                     self.history.go_back_to(from);
@@ -82,7 +101,7 @@ impl Debugger {
             problems.extend(went_wrong);
             problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
             let why = match found {
-                Found::Here if is_beyond => self.asks_again(asked),
+                Found::Here if is_beyond => self.asks_again(asked, None),
                 Found::Here if met.is_empty() => {
                     made += 1;
                     open = loops(self.device()).len();
@@ -90,7 +109,7 @@ impl Debugger {
                 }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
-                Found::Nowhere if asked.is_some() => self.asks_again(asked),
+                Found::Nowhere if asked.is_some() => self.asks_again(asked, None),
                 Found::Nowhere if way == Way::Back => Reason::Beginning,
                 Found::Nowhere => match self.goes_on(end, progress) {
                     Ok(true) => continue,
@@ -112,8 +131,11 @@ impl Debugger {
         let mut problems = VecDeque::new();
         let from = self.place();
         let mut passed = BTreeMap::new();
+        self.find_problems(&mut problems);
         loop {
-            self.host_goes_on(way);
+            if self.host_goes_on(way) == Turn::Asks {
+                return self.stopped_after(self.rests(), notes, problems);
+            }
             if way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
             }
@@ -126,6 +148,10 @@ impl Debugger {
             }
             let known = self.end_of_way();
             let end = until.unwrap_or(Time::NEVER).min(known);
+            let feed = self.feed.as_ref();
+            let behind = feed.filter(|_| way == Way::Back);
+            let behind = behind.and_then(|feed| feed.asked_behind(&self.history));
+            let is_asked = feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source).telling();
@@ -133,11 +159,16 @@ impl Debugger {
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let asked = asked.filter(|place| place.moment.at <= end);
             let limit = asked.map_or(end, |place| place.moment.at);
-            let found = match way {
-                Way::Forward => history.seek_next(limit, &mut walk, progress),
-                Way::Back => history.seek_last(&mut walk, progress),
+            let found = match (way, is_asked) {
+                (Way::Forward, _) => history.seek_next(limit, &mut walk, progress),
+                (Way::Back, false) => history.seek_last(&mut walk, progress),
+                (Way::Back, true) => history.seek_last_or_here(&mut walk, progress),
             };
             let is_beyond = is_beyond(history, asked);
+            let is_before = |(asked, _): &(Place, usize)| {
+                found == Found::Nowhere || !is_after(history.present(), *asked)
+            };
+            let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
             let went_wrong = walk.problems.take().unwrap_or_default().last;
@@ -146,6 +177,11 @@ impl Debugger {
             }
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
+            if let Some((place, piece)) = behind {
+                let why = self.asks_again(Some(place), Some(piece));
+                return self.stopped_after(why, notes, problems);
+            }
+            self.host_moves(found);
             if way == Way::Back && found == Found::Here {
                 if !self.counted_back(&mut met, &mut passed, progress) {
                     self.history.go_back_to(from);
@@ -163,15 +199,16 @@ impl Debugger {
                 }
             }
             let why = match found {
-                Found::Here if is_beyond => self.asks_again(asked),
+                Found::Here if is_beyond => self.asks_again(asked, None),
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
                 Found::Nowhere if way == Way::Back => {
                     let beginning = self.beginning();
                     self.history.go_back_to(beginning);
+                    self.host_moves(Found::Here);
                     Reason::Beginning
                 }
-                Found::Nowhere if asked.is_some() => self.asks_again(asked),
+                Found::Nowhere if asked.is_some() => self.asks_again(asked, None),
                 Found::Nowhere => match (self.goes_on(end, progress), until) {
                     (Ok(true), _) => continue,
                     (Err(why), _) => why,
@@ -186,17 +223,45 @@ impl Debugger {
         }
     }
 
+    /// Goes to where a trigger is met next or was met last, whatever breakpoints there are and whatever
+    /// the host asks on the way. If there is no such place the present stays.
+    pub fn find(&mut self, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
+        let (begin, standing) = (self.place(), self.standing());
+        let heeded = std::mem::take(&mut self.breakpoints);
+        self.add_breakpoint(trigger, crate::Options::default());
+        let stop = loop {
+            let stop = self.go(way, None, progress);
+            let is_known = way == Way::Back || !self.history.is_at_end();
+            if !(matches!(stop.why, Reason::Waits(_)) && is_known) {
+                break stop;
+            }
+        };
+        self.breakpoints = heeded;
+        let why = match stop.why {
+            Reason::Breakpoints(_) => return Stop { why: Reason::Gone, ..stop },
+            Reason::Cancelled => Reason::Cancelled,
+            _ => Reason::Nowhere,
+        };
+        self.history.go_back_to(begin);
+        self.stand(standing);
+        self.stopped(why, Vec::new())
+    }
+
     /// Goes to the next or the last instant at which a condition begins to hold. Where the history
     /// has none, `Way::Forward` goes on beyond its end. If there is none the present stays.
     pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
         let mut problems = Problems::default();
+        let standing = self.standing();
         let found = match way {
             Way::Back => Ok(self.history.seek_last(&mut Begins::new(condition), progress)),
             Way::Forward => self.seek_ahead(condition, &mut problems, progress),
         };
-        if found != Ok(Found::Here) {
+        if found == Ok(Found::Here) {
+            self.host_moves(Found::Here);
+        } else {
             // The present is where it was.
             problems.last.clear();
+            self.stand(standing);
         }
         let why = match found {
             Ok(Found::Here) => Reason::Found,
@@ -235,7 +300,7 @@ impl Debugger {
             self.history.go_to_time(end);
             while found == Found::Nowhere && {
                 self.host_hears(&begins.problems.last);
-                self.host_goes_on(Way::Forward)
+                self.host_goes_on(Way::Forward) == Turn::Acted
             } {
                 found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
@@ -271,6 +336,7 @@ impl Debugger {
         if !self.history.go_back_to(place) {
             return Err(DebugError::new("there is no such moment in the history"));
         }
+        self.host_is_found();
         Ok(self.stopped(Reason::Gone, Vec::new()))
     }
 
@@ -286,6 +352,7 @@ impl Debugger {
         if self.now() < at {
             return self.go_plain(at, progress);
         }
+        self.host_is_found();
         self.stopped(Reason::Gone, Vec::new())
     }
 
@@ -304,6 +371,7 @@ impl Debugger {
             self.read_until(is_read, progress)?;
         }
         let (begin, heading) = (self.place(), self.history.heading());
+        let standing = self.standing();
         self.history.go_to_end(heading);
         let mut begins = CommandBegins(number);
         let mut found = self.history.seek_last_or_here(&mut begins, progress);
@@ -321,13 +389,22 @@ impl Debugger {
             }
         }
         if found == Found::Here {
+            self.host_moves(found);
             return Ok(self.stopped(Reason::Gone, Vec::new()));
         }
-        let waits = self.feed.as_ref().and_then(|feed| feed.waits()).map(str::to_owned);
+        let waits = match self.rests() {
+            Reason::Waits(what) => Some(what),
+            _ => None,
+        };
+        let refused = self.rest_not_sent();
         self.history.go_back_to(begin);
-        Err(DebugError::new(match (found, waits) {
-            (Found::GivenUp, _) => "cancelled".to_owned(),
-            (_, Some(waits)) => format!("before command {number}, {waits}"),
+        self.stand(standing);
+        let line = self.source.as_ref().and_then(|source| source.line_of(number));
+        let what = line.map_or_else(|| format!("command {number}"), |line| format!("line {line}"));
+        Err(DebugError::new(match (found, waits, refused) {
+            (Found::GivenUp, ..) => "cancelled".to_owned(),
+            (_, Some(waits), _) => format!("before {what}, {waits}"),
+            (_, _, Some(refused)) => format!("{what} was not sent here: {refused}"),
             _ => format!("no command has the number {number} here"),
         }))
     }
@@ -341,11 +418,11 @@ impl Debugger {
         }
         let heading = self.history.heading();
         self.history.go_to_end(heading);
+        self.host_is_found();
         let found = self.host_goes_on_to(Walk::new(Way::Forward), progress);
-        let waits = self.feed.as_ref().is_some_and(|feed| feed.waits().is_some());
-        let why = match found {
-            Found::GivenUp => Reason::Cancelled,
-            _ if waits => Reason::Rest,
+        let why = match (found, self.rests()) {
+            (Found::GivenUp, _) => Reason::Cancelled,
+            (_, waits @ Reason::Waits(_)) => waits,
             _ => Reason::Gone,
         };
         self.stopped(why, Vec::new())
@@ -368,7 +445,7 @@ impl Debugger {
             let found = self.history.seek_next(Time::NEVER, &mut telling, progress);
             self.host_hears(&telling.problems.last);
             telling.problems.last.clear();
-            if found != Found::Nowhere || !self.host_goes_on(Way::Forward) {
+            if found != Found::Nowhere || self.host_goes_on(Way::Forward) != Turn::Acted {
                 return found;
             }
         }
@@ -490,14 +567,18 @@ impl Debugger {
             return self.stopped(why, Vec::new());
         }
         let end = at.min(self.end_of_way());
+        let mut turn = self.host_goes_on(Way::Forward);
         loop {
-            self.host_goes_on(Way::Forward);
             if self.history.seek_next(end, &mut nothing, progress) == Found::GivenUp {
                 return self.stopped(Reason::Cancelled, Vec::new());
             }
             let went_wrong = nothing.problems.replace(Problems::default()).unwrap_or_default();
             self.host_hears(&went_wrong.last);
-            if !self.host_goes_on(Way::Forward) {
+            // Time passes although the host waits.
+            if turn != Turn::Asks {
+                turn = self.host_goes_on(Way::Forward);
+            }
+            if turn != Turn::Acted {
                 break;
             }
         }
@@ -533,6 +614,7 @@ impl Debugger {
             true => self.history.go_to_time(at),
             false => _ = self.history.go_back_to(beginning),
         }
+        self.host_is_found();
     }
 
     fn go_by(&mut self, at: Time, unit: Unit, progress: &mut Progress<'_>) -> Stop {
@@ -543,12 +625,70 @@ impl Debugger {
         stop
     }
 
-    /// Lets the host do what it would do now, and says whether it did anything.
-    fn host_goes_on(&mut self, way: Way) -> bool {
-        let Some(feed) = self.feed.as_mut().filter(|_| way == Way::Forward) else { return false };
+    /// Lets the host do what it would do now, and says what it did.
+    fn host_goes_on(&mut self, way: Way) -> Turn {
+        let Some(feed) = self.feed.as_mut().filter(|_| way == Way::Forward) else {
+            return Turn::Idle;
+        };
         // What was done here by hand may have been answered at once.
         feed.hear(&self.history, self.history.outputs());
         feed.go_on(&mut self.history)
+    }
+
+    /// A walk has led somewhere: what the host asks there comes afterwards.
+    fn host_moves(&mut self, found: Found) {
+        if let Some(feed) = self.feed.as_mut().filter(|_| found == Found::Here) {
+            feed.has_moved();
+        }
+    }
+
+    /// Somebody has come to the present without a walk.
+    fn host_is_found(&mut self) {
+        let present = self.place();
+        if let Some(feed) = &mut self.feed {
+            feed.is_found(present);
+        }
+    }
+
+    fn standing(&self) -> Standing {
+        self.feed.as_ref().map(Feed::standing).unwrap_or_default()
+    }
+
+    fn stand(&mut self, standing: Standing) {
+        if let Some(feed) = &mut self.feed {
+            feed.stand(standing);
+        }
+    }
+
+    /// Why nothing more happens at the present: the host waits, or everything is done.
+    fn rests(&self) -> Reason {
+        let waits = self.feed.as_ref().and_then(|feed| feed.waits(&self.history));
+        match (waits, self.rest_not_sent()) {
+            (Some(what), _) => Reason::Waits(what.to_owned()),
+            (None, Some(why)) => Reason::Refused(why),
+            (None, None) => Reason::Rest,
+        }
+    }
+
+    /// Why the rest of the file was not sent, if it was not.
+    fn rest_not_sent(&self) -> Option<String> {
+        let Refused { command, answer, why } = self.feed.as_ref()?.refused(&self.history)?;
+        let source = self.source.as_ref();
+        let line = command.zip(source).and_then(|(command, source)| source.line_of(command));
+        let text = line.and_then(|line| source?.lines.get((line as usize).checked_sub(1)?));
+        let what = match (line, text, command) {
+            (Some(line), Some(text), _) => format!("line {line}: {}", text.trim()),
+            (_, _, Some(command)) => format!("command {command}"),
+            _ => "something".to_owned(),
+        };
+        Some(format!("{what} was answered {answer}: {why}; the rest was not sent"))
+    }
+
+    /// What was done by hand may have been answered with an error at once.
+    fn find_problems(&self, problems: &mut VecDeque<Output>) {
+        let mut found = Problems::default();
+        found.saw(self.history.outputs());
+        problems.extend(found.last);
     }
 
     /// The host hears what has gone wrong.
@@ -559,19 +699,21 @@ impl Debugger {
     }
 
     /// Goes to where the host asked the operator, who is asked again each time a walk passes there.
-    fn asks_again(&mut self, place: Option<Place>) -> Reason {
+    fn asks_again(&mut self, place: Option<Place>, piece: Option<usize>) -> Reason {
         if let (Some(place), Some(feed)) = (place, &mut self.feed) {
             self.history.go_back_to(place);
-            feed.ask_again(place);
+            feed.ask_again(place, piece);
         }
-        Reason::Rest
+        self.rests()
     }
 
     /// After a search up to `end` found nothing: lets the host act, or reads more, and says whether
     /// there may be something now.
     fn goes_on(&mut self, end: Time, progress: &mut Progress<'_>) -> Result<bool, Reason> {
-        if self.host_goes_on(Way::Forward) {
-            return Ok(true);
+        match self.host_goes_on(Way::Forward) {
+            Turn::Acted => return Ok(true),
+            Turn::Asks => return Err(self.rests()),
+            Turn::Idle => {}
         }
         if end < end_of(&self.history) { Ok(false) } else { self.read_ahead(progress) }
     }
@@ -586,7 +728,7 @@ impl Debugger {
 
     /// Why nothing more is found ahead.
     fn nothing_more(&self, end: Time) -> Reason {
-        if end == Time::NEVER { Reason::Rest } else { Reason::End }
+        if end == Time::NEVER { self.rests() } else { Reason::End }
     }
 
     /// A stop at the present, as if a walk had just led there.

@@ -144,14 +144,28 @@ impl Debugger {
         self.unread.as_ref()?.last
     }
 
-    /// Gives the controller an input, now. It takes effect with the next walk. In the past it
-    /// begins a branch.
+    /// Gives the controller an input, now. What is done at the machine is done at once; bytes are on
+    /// their way and come with the next walk, so that it can be stopped at what they bring about. In
+    /// the past it begins a branch.
     pub fn give(&mut self, input: Input<'_>) {
         if self.history.is_at_end() && self.goes_on_reading() {
             // After the present comes what was recorded, even if it has not been read yet.
             let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
         }
+        let from = self.place();
         self.history.give(input);
+        if let Some(feed) = &mut self.feed {
+            feed.is_given(&self.history, from);
+        }
+        if !matches!(input, Input::Bytes(_)) {
+            // What is due by now comes before it, and what it leads to afterwards.
+            let now = self.now();
+            while {
+                let Place { branch, moment } = self.place();
+                self.history.inputs(branch, moment.inputs).next().is_some()
+                    && self.history.find_next(now, |_, _, _| true)
+            } {}
+        }
         if let Input::Bytes(bytes) = input
             && self.heeds_hands()
         {

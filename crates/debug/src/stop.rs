@@ -45,6 +45,11 @@ pub enum Reason {
     End,
     /// The controller does nothing more without something from outside.
     Rest,
+    /// The host waits: for somebody who says that it may go on, or for something to happen; with what
+    /// it waits for.
+    Waits(String),
+    /// An error reply is why the host sends nothing more; in a sentence.
+    Refused(String),
     /// The time limit was reached.
     Time,
     /// The search failed; the present is where it was.
@@ -67,6 +72,8 @@ impl Reason {
             Reason::Beginning => "beginning",
             Reason::End => "end",
             Reason::Rest => "rest",
+            Reason::Waits(_) => "waits",
+            Reason::Refused(_) => "refused",
             Reason::Time => "time",
             Reason::Nowhere => "nowhere",
             Reason::Cancelled => "cancelled",
@@ -91,6 +98,7 @@ impl fmt::Display for Reason {
             Reason::Beginning => f.write_str("the beginning"),
             Reason::End => f.write_str("the end of what is recorded"),
             Reason::Rest => f.write_str("at rest until something comes from outside"),
+            Reason::Waits(what) | Reason::Refused(what) => f.write_str(what),
             Reason::Time => f.write_str("the time has come"),
             Reason::Nowhere => f.write_str("not to be found; still here"),
             Reason::Cancelled => f.write_str("cancelled"),

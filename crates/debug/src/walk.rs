@@ -52,7 +52,7 @@ impl Problems {
         stretch.can_meet(&Condition::Error { code: None }) || stretch.can_have(Kinds::WARNING)
     }
 
-    fn saw(&mut self, outputs: &VecDeque<Output>) {
+    pub(crate) fn saw(&mut self, outputs: &VecDeque<Output>) {
         let is_problem = |output: &&Output| {
             let event = output.event();
             event.is_some_and(|event| {

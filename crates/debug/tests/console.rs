@@ -454,14 +454,42 @@ fn why_is_about_what_matters_at_an_instant() {
     run(&mut debugger, &["mark there", "press estop", "continue"]);
     let why = said(&mut debugger, "why");
     assert!(why.contains("answer to @A: 9"), "{why}");
-    run(&mut debugger, &["goto there", "press stop", "step 2 causes"]);
+    run(&mut debugger, &["goto there", "press stop"]);
     let why = said(&mut debugger, "why");
     assert!(why.lines().next().unwrap().contains("the motion brakes"), "{why}");
     assert!(why.contains("stop was pressed"), "{why}");
     // A signal has its name.
-    run(&mut debugger, &["goto start", "continue", "set stop 1"]);
+    run(
+        &mut debugger,
+        &["goto start", "continue", "set stop 1", "assert signals.stop = 1", "back cause"],
+    );
+    run(&mut debugger, &["assert signals.stop = 0"]);
     let step = said(&mut debugger, "step event");
     assert!(step.contains("stop was pressed or set to 1"), "{step}");
+}
+
+#[test]
+fn what_is_done_holds_at_once_and_what_is_sent_comes_with_the_next_step() {
+    let mut debugger = debugger("imc4", "mill");
+    run(&mut debugger, &["send @07", "send @0A6000,4000,0,900,0,900,0,900", "next x = 3000"]);
+    for (done, so) in [
+        ("set probe 1", "signals.probe = 1"),
+        ("hold stop", "signals.stop = 1"),
+        ("cover open", "signals.cover = 0"),
+        ("press estop", "signals.estop = 1"),
+        ("power off", "not powered"),
+    ] {
+        // In the past, on a branch, and once more where nothing has happened yet.
+        for there in ["goto start", "goto end"] {
+            run(
+                &mut debugger,
+                &["goto main", there, "next x = 3000", done, &format!("assert {so}")],
+            );
+        }
+    }
+    run(&mut debugger, &["goto start", "step command", "send @0V"]);
+    let step = said(&mut debugger, "step byte");
+    assert!(debugger.digest() != 0 && step.contains("a byte"), "{step}");
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn send(program: Program, path: &Path, sending: Sending) -> Opened {
             _ => None,
         })
         .collect();
-    let feed = careful(Feed::new(pieces));
+    let feed = careful(Feed::new(pieces).of_lines(lines));
     let mut debugger = debugger.with_source(source).with_feed(feed);
     let mut note = run_ahead(&mut debugger, sending);
     name_lines(&mut debugger, &sent);
@@ -136,7 +136,7 @@ fn run_ahead(debugger: &mut Debugger, sending: Sending) -> Option<String> {
             break Some(format!("line {}: the time of --for is over", line.unwrap_or(0)));
         }
         // There is no operator: questions are accepted, and waits for a signal do not wait.
-        if debugger.feed().and_then(Feed::waits).is_none() {
+        if debugger.waits().is_none() {
             break None;
         }
         debugger.go_on_all_the_same();

@@ -17,7 +17,7 @@ use vimc4_timeline::Progress;
 
 use super::live::{self, Served};
 use crate::failure::Failure;
-use crate::job::file::OR_INPUT;
+use crate::job::file::{self, OR_INPUT};
 use crate::live::Ring;
 use crate::opened::{self, Program, Ways};
 use crate::recording::history::{self, Commands};
@@ -57,6 +57,7 @@ impl Open for Doors {
         let mut numbers = 1..;
         let open = |each: &Configuration| {
             let is_of_file = each.program.is_some() || each.recording.is_some();
+            only_files(each)?;
             let mut opened = match each.serve {
                 false => open(each, progress)?,
                 true if is_of_file => {
@@ -95,13 +96,34 @@ fn refused(failure: Failure) -> Refusal {
     Refusal(failure.text().replace(OR_INPUT, ""))
 }
 
-/// Whether a file is what the adapter reads its client's messages from.
-fn is_input(name: &str, path: &Path) -> bool {
-    name == "-" || is_behind(path)
+/// Refuses names of what is no file: whatever is read while the client talks must not wait for anybody,
+/// and the adapter reads its client's messages from its input.
+fn only_files(configuration: &Configuration) -> Result<(), Refusal> {
+    let Configuration { program, recording, model, machine, flash, .. } = configuration;
+    let of_folder = [("program", program), ("recording", recording), ("flash", flash)];
+    let names = [("model", model), ("machine", machine)];
+    for (attribute, name) in of_folder.into_iter().chain(names) {
+        let Some(name) = name else { continue };
+        // Profiles are found by their names as they are.
+        let is_name = attribute == "model" || attribute == "machine";
+        let path = match &configuration.cwd {
+            Some(folder) if !is_name => Path::new(folder).join(name),
+            _ => PathBuf::from(name),
+        };
+        let wrong = match name == "-" || is_input(&path) {
+            true => Err("the adapter reads its client's messages from there"),
+            false => file::is_regular(&path),
+        };
+        if let Err(why) = wrong {
+            return Err(Refusal(format!("`{attribute}` cannot be {name}: {why}; name a file")));
+        }
+    }
+    Ok(())
 }
 
+/// Whether a path leads to what the adapter reads its client's messages from.
 #[cfg(unix)]
-fn is_behind(path: &Path) -> bool {
+fn is_input(path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     // What is not at hand is told of when it is opened.
     let at = fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
@@ -110,7 +132,7 @@ fn is_behind(path: &Path) -> bool {
 }
 
 #[cfg(not(unix))]
-fn is_behind(_: &Path) -> bool {
+fn is_input(_: &Path) -> bool {
     false
 }
 
@@ -119,15 +141,6 @@ fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Op
         Some(folder) => Path::new(folder).join(name),
         None => PathBuf::from(name),
     };
-    let named = [("program", &configuration.program), ("recording", &configuration.recording)];
-    for (attribute, name) in named {
-        if let Some(name) = name.as_deref().filter(|name| is_input(name, &path(name))) {
-            return Err(Refusal(format!(
-                "`{attribute}` cannot be {name}: the adapter reads its client's messages from there; \
-                 name a file"
-            )));
-        }
-    }
     match (&configuration.program, &configuration.recording) {
         (Some(program), None) => read(configuration, path(program), progress)
             .map(|program| opened(program, configuration.keep_going)),

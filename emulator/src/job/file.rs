@@ -42,6 +42,21 @@ pub(crate) fn beginning(path: &Path) -> Vec<u8> {
     bytes
 }
 
+/// Whether what a name leads to is a file, and no pipe, device or terminal: those may have no end, give
+/// nothing for hours, or be what somebody else reads. What is not there is told of when it is opened.
+///
+/// # Errors
+///
+/// What it is instead.
+pub(crate) fn is_regular(path: &Path) -> Result<(), &'static str> {
+    let Ok(about) = std::fs::metadata(path) else { return Ok(()) };
+    let kind = about.file_type();
+    match kind.is_file() || kind.is_dir() {
+        true => Ok(()),
+        false => Err("it is a pipe or a device, which may have no end or be read by others"),
+    }
+}
+
 fn too_large(largest: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", largest >> 20))
 }

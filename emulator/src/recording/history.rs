@@ -41,7 +41,7 @@ pub(crate) enum Commands {
     Unlisted,
 }
 
-/// Whether a file is a recording: plain, or compressed.
+/// Whether a file is a recording: plain, or compressed, whatever it is called.
 pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
     let compressed = path
         .extension()
@@ -49,7 +49,9 @@ pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
     // No program, plot or job begins like JSON: such a file is a recording, or what is left of one,
     // and what is wrong with it is said when it is opened.
     let text = beginning.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(beginning);
-    compressed || text.trim_ascii_start().starts_with(b"{\"")
+    const PACKED: [&[u8]; 2] = [b"\x1F\x8B", b"\x28\xB5\x2F\xFD"];
+    let packed = PACKED.iter().any(|magic| beginning.starts_with(magic));
+    compressed || packed || text.trim_ascii_start().starts_with(b"{\"")
 }
 
 /// Opens a recording, in the state in which it begins.

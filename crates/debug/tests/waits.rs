@@ -1,0 +1,145 @@
+//! A host that asks and waits: where one stops for it, both ways.
+
+#![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod drive;
+
+use vimc4_debug::{Debugger, Depth, Feed, Piece, Reason, Source, Unit, Way, uninterrupted};
+
+use drive::{debugger, run, stop};
+
+const TEXT: &str = "ways\n@07\nHALT\nTOOL\nHERE\n@0A500,900,0,900,0,900,0,900\nEND\nLAST\n";
+
+/// A host that asks in lines 3, 4 and 5 and again in lines 7 and 8, with a motion between.
+fn asking() -> Debugger {
+    let ask = |what: &str| Piece::Ask(what.to_owned());
+    let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+    let pieces = vec![
+        send("@07"),
+        ask("3"),
+        ask("4"),
+        ask("5"),
+        send("@0A500,900,0,900,0,900,0,900"),
+        ask("7"),
+        ask("8"),
+    ];
+    let source = Source { of_command: vec![2, 6], ..Source::of_lines("asks", TEXT) };
+    let feed = Feed::new(pieces).of_lines(vec![2, 3, 4, 5, 6, 7, 8]);
+    debugger("imc4", "bench").with_source(source).with_feed(feed)
+}
+
+/// Where it stands: what it waits for, or the line of the command.
+fn here(debugger: &mut Debugger) -> String {
+    let frames = debugger.frames();
+    let line = frames[0].line.map_or_else(|| "-".to_owned(), |line| line.to_string());
+    let listed =
+        debugger.file().unwrap().lines.iter().find(|line| line.is_present).map(|it| it.number);
+    let marked = listed.map_or_else(|| "-".to_owned(), |line| line.to_string());
+    // The listing and the frames agree wherever anything is under way.
+    assert!(line == "-" || line == marked, "{line} {marked}");
+    match debugger.waits() {
+        Some(what) => {
+            assert_eq!(what, line, "the frame is of the line that waits");
+            format!("waits {what}")
+        }
+        None => line,
+    }
+}
+
+fn go(debugger: &mut Debugger, way: Way) -> (Reason, String) {
+    let stop = debugger.go(way, None, &mut uninterrupted);
+    (stop.why, here(debugger))
+}
+
+#[test]
+fn each_of_several_waits_stops_a_walk_forward_and_back() {
+    let mut debugger = asking();
+    let waits = |what: &str| (Reason::Waits(what.to_owned()), format!("waits {what}"));
+    for round in 0..3 {
+        for what in ["3", "4", "5", "7", "8"] {
+            assert_eq!(go(&mut debugger, Way::Forward), waits(what), "round {round}");
+        }
+        // Behind the last there is nothing, and nobody waits any longer.
+        for _ in 0..2 {
+            let (why, at) = go(&mut debugger, Way::Forward);
+            assert_eq!((why, at.contains("waits")), (Reason::Rest, false), "round {round}");
+        }
+        for what in ["8", "7", "5", "4", "3"] {
+            assert_eq!(go(&mut debugger, Way::Back), waits(what), "round {round}");
+        }
+        assert_eq!(go(&mut debugger, Way::Back).0, Reason::Beginning);
+    }
+}
+
+#[test]
+fn steps_back_undo_steps_over_waits() {
+    let mut debugger = asking();
+    let mut step = |way| {
+        debugger.step(Unit::Line, way, Depth::Into, 1, &mut uninterrupted);
+        (here(&mut debugger), debugger.digest())
+    };
+    let there: Vec<_> = (0..7).map(|_| step(Way::Forward)).collect();
+    let lines: Vec<&str> = there.iter().map(|(at, _)| at.as_str()).collect();
+    assert_eq!(lines, ["2", "waits 3", "waits 4", "waits 5", "6", "waits 7", "waits 8"]);
+    let back: Vec<_> = (0..6).map(|_| step(Way::Back)).collect();
+    assert_eq!(back, there.iter().rev().skip(1).cloned().collect::<Vec<_>>());
+    let again: Vec<_> = (0..6).map(|_| step(Way::Forward)).collect();
+    assert_eq!(again, there[1..]);
+}
+
+#[test]
+fn who_comes_to_a_wait_otherwise_finds_it_and_a_search_that_fails_leaves_it() {
+    let mut debugger = asking();
+    for _ in 0..2 {
+        go(&mut debugger, Way::Forward);
+    }
+    run(&mut debugger, &["mark there"]);
+    assert!(stop(run(&mut debugger, &["next x = 77777"])).why == Reason::Nowhere);
+    assert_eq!(here(&mut debugger), "waits 4");
+    assert!(stop(run(&mut debugger, &["last x = 77777"])).why == Reason::Nowhere);
+    assert_eq!(here(&mut debugger), "waits 4");
+    // What is done there by hand makes nobody go on.
+    run(&mut debugger, &["press stop"]);
+    assert_eq!(here(&mut debugger), "waits 4");
+    assert_eq!(go(&mut debugger, Way::Forward).1, "waits 5");
+    run(&mut debugger, &["continue", "continue", "continue", "goto there"]);
+    assert_eq!(here(&mut debugger), "waits 4", "the last that was asked there before");
+    // On a branch it has asked as much, and asks on.
+    run(&mut debugger, &["goto start", "continue", "continue", "hold stop"]);
+    assert_eq!(here(&mut debugger), "waits 4");
+    assert_eq!(go(&mut debugger, Way::Forward).1, "waits 5");
+}
+
+#[test]
+fn a_line_is_found_beyond_waits_and_the_wait_says_what_holds_up() {
+    let mut debugger = asking();
+    go(&mut debugger, Way::Forward);
+    let early = debugger.execute("goto line 6", &mut uninterrupted).unwrap_err().to_string();
+    assert!(early.starts_with("before line 6, "), "{early}");
+    assert_eq!(here(&mut debugger), "waits 3");
+    run(&mut debugger, &["continue", "continue", "continue", "continue"]);
+    let trigger = debugger.line_trigger(2).unwrap();
+    let back = debugger.find(trigger.clone(), Way::Back, &mut uninterrupted);
+    assert_eq!((back.why, here(&mut debugger)), (Reason::Gone, "2".to_owned()));
+    let trigger = debugger.line_trigger(6).unwrap();
+    let ahead = debugger.find(trigger, Way::Forward, &mut uninterrupted);
+    assert_eq!((ahead.why, here(&mut debugger)), (Reason::Gone, "6".to_owned()));
+}
+
+#[test]
+fn an_error_reply_is_why_the_rest_is_not_sent() {
+    let text = "@07\n@0A1,2\n@0R7\n";
+    let pieces = text.lines().map(|line| Piece::Send(format!("{line}\r").into_bytes())).collect();
+    let feed = Feed::new(pieces).until_error();
+    let source = Source::of_lines("list", text);
+    let mut debugger = debugger("imc4", "bench").with_source(source).with_feed(feed);
+    for _ in 0..2 {
+        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+        assert!(matches!(stop.why, Reason::Refused(_)), "{stop}");
+        let said = stop.to_string();
+        assert!(said.contains("line 2: @0A1,2 was answered "), "{said}");
+        assert!(said.contains("; the rest was not sent"), "{said}");
+    }
+    let said = debugger.execute("goto line 3", &mut uninterrupted).unwrap_err().to_string();
+    assert!(said.starts_with("line 3 was not sent here: line 2: @0A1,2 "), "{said}");
+}
