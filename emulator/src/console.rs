@@ -32,6 +32,7 @@ use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
 use opened::{Opened, Sending};
+use screen::SaidKind;
 use script::Console;
 use session::{Cancel, Outcome, Session, Wrong};
 use shell::{PROMPT, Shell};
@@ -235,11 +236,12 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
     if let Some(file) = file {
         let sending = Sending { time: *time, keeps_going: *keep_going, axes: *axes };
         let Opened { debugger, machine, note, share } = opened::open(file, setup.clone(), sending)?;
-        if let Some(note) = note {
-            // Where nobody can be told it is seen in the history.
-            let _ = writeln!(io::stderr(), "{}", text::shown(&note));
-        }
         let mut session = Session::new(debugger, machine, cancel);
+        if let Some(note) = note {
+            // Where nobody can be told it is seen in the history. The screen shows it, too.
+            let _ = writeln!(io::stderr(), "{}", text::shown(&note));
+            session.say(&text::shown(&note), SaidKind::Wrong);
+        }
         session.share = share;
         if let Some(notice) = session.notice() {
             let _ = writeln!(io::stderr(), "{}", text::shown(&notice));

@@ -208,13 +208,43 @@ fn on_a_branch_the_rest_of_the_file_is_sent_until_an_error_reply() {
     assert!(out.contains("> print x\n4200\n"), "{out}");
     // Software that is careful ends with what it does not understand.
     let out = said(&file, "goto command 4\npress stop\ncontinue\nlist commands\n");
-    assert!(out.contains(sent), "{out}");
+    assert!(!out.contains(sent) && out.contains("F: stopped by STOP"), "{out}");
     assert!(!out.contains("5  @0A800"), "{out}");
     let keeps = [&file[..], &["--keep-going"]].concat();
     let out = said(&keeps, "goto command 4\npress stop\ncontinue\nlist commands\n");
     assert!(out.contains("5  @0A800"), "{out}");
     let out = said(&file, "step 2\nwhat if press stop\ngoto end\npress stop\n");
     assert!(!out.contains(sent), "{out}");
+}
+
+#[test]
+fn what_is_done_is_done_before_the_next_step() {
+    let file = ["examples/commands.txt", "--machine", "mill"];
+    let out = said(&file, "goto 1s\nset probe 1\nprint signals.probe\nassert signals.probe = 1\n");
+    assert!(out.contains("> print signals.probe\n1\n"), "{out}");
+}
+
+#[test]
+fn a_compressed_recording_is_known_by_its_content() {
+    let folder = tempfile::tempdir().unwrap();
+    let packed = folder.path().join("short.jsonl.gz");
+    let cut = ["cut", "examples/limit.jsonl", "--from", "7s", "--to", "8s", "--out"];
+    let cut = [&cut[..], &[packed.to_str().unwrap()]].concat();
+    assert!(vimc4(&root(), &cut).status().unwrap().success());
+    let other = folder.path().join("other.jsonl");
+    fs::rename(packed, &other).unwrap();
+    let out = said(&[other.to_str().unwrap()], "goto end\nwhere\n");
+    assert!(out.contains("8s"), "{out}");
+}
+
+#[test]
+fn a_list_that_was_not_sent_to_its_end_says_why_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("list.txt");
+    fs::write(&list, "@07\n@0A1,2\n@0R7\n").unwrap();
+    let out = said(&[list.to_str().unwrap(), "--machine", "mill"], "goto end\ncontinue\n");
+    assert!(out.contains("line 2: @0A1,2 was answered"), "{out}");
+    assert!(out.contains("the rest was not sent"), "{out}");
 }
 
 #[test]

@@ -103,7 +103,7 @@ pub const REQUESTS: [Row; 36] = [
     row(
         "stepBack",
         Ask::StepBack,
-        "back by a statement, a line or a step pulse, into loops: undoes `stepIn`",
+        "back by a statement, a line or a step pulse, into loops: undoes `stepIn` by a statement or line",
     ),
     row("pause", Ask::Pause, "stops here"),
     row("gotoTargets", Ask::GotoTargets, "a line, the last time and the next time"),

@@ -353,6 +353,9 @@ impl Debugger {
     ///
     /// If no command comes from the line or from one after it.
     pub fn line_trigger(&self, line: u32) -> Result<Trigger, DebugError> {
+        if line == 0 {
+            return Err(DebugError::new(NO_LINE));
+        }
         let Some(source) = &self.source else {
             return Ok(Trigger::Condition(Condition::Line { line: Some(line) }));
         };
@@ -451,6 +454,9 @@ impl Debugger {
         self.marks.remove(name).is_some()
     }
 }
+
+/// Why line 0 is refused.
+pub(crate) const NO_LINE: &str = "there is no line 0: lines are counted from 1";
 
 /// A [`Progress`](vimc4_timeline::Progress) that never cancels.
 pub fn uninterrupted(_: Time) -> ControlFlow<()> {

@@ -270,6 +270,9 @@ impl Debugger {
             }
             ("line", text) => {
                 let line: u32 = text.trim().parse().map_err(|_| wrong())?;
+                if line == 0 {
+                    return Err(DebugError::new(crate::debugger::NO_LINE));
+                }
                 let source = self.source().ok_or_else(|| {
                     DebugError::new("the commands come from no file: there are no lines to go to")
                 })?;

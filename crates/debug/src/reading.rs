@@ -164,7 +164,11 @@ impl Debugger {
                 let Place { branch, moment } = self.place();
                 self.history.inputs(branch, moment.inputs).next().is_some()
                     && self.history.find_next(now, |_, _, _| true)
-            } {}
+            } {
+                if let Some(feed) = &mut self.feed {
+                    feed.hear(&self.history, self.history.outputs());
+                }
+            }
         }
         if let Input::Bytes(bytes) = input
             && self.heeds_hands()

@@ -79,6 +79,8 @@ struct Sheet {
     led: bool,
     /// When the controller has last told something.
     told: Time,
+    /// Clients that have come and gone since, by a clock that can be ahead of the controller's time.
+    news: Vec<(Time, Value)>,
     /// The controller has told its end.
     ends: bool,
     /// Why it is to end.
@@ -240,6 +242,7 @@ impl RecordingFile {
     pub fn end_here(&self) {
         let mut sheet = self.sheet();
         let at = sheet.told;
+        sheet.put_news(at);
         sheet.put(at, What::End("no more was to be recorded".to_owned()));
         sheet.write();
         sheet.file = None;
@@ -301,6 +304,7 @@ impl Sheet {
             by: None,
             led: false,
             told: Time::ZERO,
+            news: Vec::new(),
             ends: false,
             cut: None,
             tell,
@@ -330,6 +334,13 @@ impl Sheet {
     fn put(&mut self, at: Time, what: What) {
         if self.file.is_some() {
             Entry::new(at, what).put(&mut self.lines);
+        }
+    }
+
+    /// Lines are in order: what was told at a time that the controller has not come to is told at its.
+    fn put_news(&mut self, until: Time) {
+        for (at, news) in std::mem::take(&mut self.news) {
+            self.put(at.min(until), What::News(news));
         }
     }
 
@@ -436,7 +447,10 @@ impl Sheet {
     fn report(&mut self, report: &Report) {
         use vimc4_host::What as Told;
         let at = report.at;
-        self.told = at;
+        if !matches!(report.what, Told::News(_)) {
+            self.told = at;
+            self.put_news(at);
+        }
         match &report.what {
             Told::Input { by, input } => {
                 let by = self.by(by);
@@ -475,13 +489,14 @@ impl Sheet {
             Told::News(News::Deed { .. } | News::NoEffect { .. }) => {}
             Told::News(news) => {
                 // News can always be written.
-                self.put(at, What::News(serde_json::to_value(news).unwrap_or_default()));
+                self.news.push((at, serde_json::to_value(news).unwrap_or_default()));
             }
             _ => {}
         }
     }
 
     fn settled(&mut self, at: Time, state: &dyn Fn() -> Value) {
+        self.put_news(at);
         let cut = self.cut.take().filter(|_| self.file.is_some());
         if self.ends || cut.is_some() {
             self.put(at, What::State { by: None, state: state() });

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::{Event, Time, escape};
-use vimc4_timeline::recording::{self, Recording, rerecord, say_otherwise};
+use vimc4_timeline::recording::{self, Recording, What, rerecord, say_otherwise};
 
 use super::card::seconds;
 use super::controller::{Other, Site};
@@ -76,8 +76,9 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
     if to < from {
         return Err(Failure::usage("--to is before --from; name a later time"));
     }
-    // What happened later was not recorded.
-    let end = recording.entries.iter().map(|entry| entry.at).max().unwrap_or(Time::ZERO);
+    // What happened later was not recorded. News can be ahead of it.
+    let entries = recording.entries.iter().filter(|entry| !matches!(entry.what, What::News(_)));
+    let end = entries.map(|entry| entry.at).max().unwrap_or(Time::ZERO);
     let name = text::name(&arguments.file);
     if from > end {
         return Err(Failure::usage(format!(

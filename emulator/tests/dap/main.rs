@@ -663,7 +663,6 @@ fn what_is_typed_shifts_no_line() {
     let at = editor.steps("next", "line");
     assert_eq!((&at["reason"], editor.line()), (&json!("step"), 3));
     editor.console("send @0V");
-    editor.event("stopped");
     let program = example("commands.txt");
     editor.set_lines(&program, json!([{ "line": 7 }, { "line": 9 }]));
     for line in [7, 9] {
@@ -803,7 +802,7 @@ fn jobs_stop_at_their_questions() {
     );
     // Whoever comes by once more is asked once more, by whatever way, and goes on as before.
     for step in ["continue", "next"] {
-        editor.walk("reverseContinue");
+        while editor.walk("reverseContinue")["reason"] != "entry" {}
         let again = loop {
             let stop = editor.walk(step);
             if stop["reason"] == "pause" {
@@ -824,7 +823,51 @@ fn jobs_stop_at_their_questions() {
     editor.ask("launch", json!({ "program": wrong }));
 }
 
+#[test]
+fn waits_that_follow_each_other_all_stop_both_ways() {
+    let job = "IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nGETTOOL 3\nWPTEACH\nHALT\n";
+    let (_folder, program) = file(job);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    for line in [4, 5, 6, 7] {
+        let stop = editor.walk("continue");
+        assert_eq!((&stop["reason"], editor.line()), (&json!("pause"), line));
+    }
+    assert_eq!(editor.walk("continue")["description"], "The end: everything is done");
+    assert_ne!(editor.stack()[0].1, "HALT");
+    for line in [7, 6, 5, 4] {
+        let stop = editor.walk("reverseContinue");
+        assert_eq!((&stop["reason"], editor.line()), (&json!("pause"), line));
+        let listed = editor.console("list file");
+        let marked = listed.lines().find(|line| line.starts_with('>')).unwrap();
+        assert!(marked.contains(&format!(" {line} ")), "{listed}");
+    }
+}
+
 // --- what would harm a session ---
+
+#[cfg(unix)]
+#[test]
+fn what_is_read_while_a_client_talks_is_a_file() {
+    let (folder, program) = file("@07\r");
+    let pipe = folder.path().join("pipe").to_str().unwrap().to_owned();
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for wrong in [pipe.as_str(), "/dev/stdin", "-"] {
+        let mut editor = Editor::new();
+        for (request, about) in [
+            ("launch", json!({ "program": wrong })),
+            ("launch", json!({ "recording": wrong })),
+            ("attach", json!({ "recording": wrong })),
+            ("launch", json!({ "program": program, "machine": wrong })),
+            ("launch", json!({ "program": program, "model": wrong })),
+            ("launch", json!({ "serve": true, "pty": "none", "tcp": "none", "flash": wrong })),
+        ] {
+            let said = editor.refused(request, about.clone());
+            assert!(said.contains("name a file"), "{about}: {said}");
+        }
+        // The client's messages are all there.
+        editor.ask("launch", json!({ "program": program }));
+    }
+}
 
 #[test]
 fn no_expression_is_too_long_for_the_adapter() {

@@ -23,6 +23,8 @@ pub fn cut<D: Device>(
     state: &dyn Fn(&Value) -> Result<D::State, String>,
 ) -> Result<Recording, StateError> {
     let mut cut = Recording { head: recording.head.clone(), entries: Vec::new(), torn: None };
+    // Earlier versions have written news by a clock that could be ahead of everything else.
+    let is_news = |entry: &Entry| matches!(entry.what, What::News(_));
     let before = Time::from_nanos(from.as_nanos().saturating_sub(1));
     let mut entries = recording.entries.iter().peekable();
     while let Some(entry) = entries.next_if(|entry| entry.at < from) {
@@ -39,9 +41,12 @@ pub fn cut<D: Device>(
     cut.entries.push(Entry::new(player.device().now(), written(&player)));
     let mut last = from;
     let is_first_state = |entry: &Entry| matches!(entry.what, What::State { by: None, .. });
+    let entries = entries.filter(|entry| entry.at <= to || !is_news(entry));
     for entry in entries.take_while(|entry| entry.at <= to) {
         player.play(entry, state)?;
-        last = last.max(entry.at);
+        if !is_news(entry) {
+            last = last.max(entry.at);
+        }
         let late = entry.at < from || is_first_state(entry);
         if !late && !matches!(entry.what, What::End(_)) {
             cut.entries.push(Entry { line: 0, ..entry.clone() });
