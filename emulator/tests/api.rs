@@ -4,7 +4,9 @@
 //! `VIMC4_REQUIRE_TOOLS=1` it fails instead, so that nothing is left out unnoticed.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::fs;
 use std::io::{Read, Write};
+use std::path::Path;
 use std::process::{Command, ExitCode, Output};
 use std::thread;
 
@@ -379,6 +381,27 @@ fn what_is_recorded_over_http_plays() -> Outcome {
     Ok(())
 }
 
+/// A recording is one page, which asks for nothing and may run nothing else.
+fn a_recording_is_one_page() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("limit.html");
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
+    let program = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    let replay = |mut program: Command, out: &Path| {
+        program.args(["replay", recording, "--html"]).arg(out).output()
+    };
+    let told = replay(program, &out)?;
+    assert!(told.status.success() && told.stdout.starts_with(b"equal"), "{told:?}");
+    let page = fs::read_to_string(&out)?;
+    let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
+    assert!(page.contains(policy) && page.contains("id=\"film\">H4sI"));
+    assert!(!page.contains(" src=") && !page.contains("rel=\"stylesheet\""));
+    let nowhere = folder.path().join("nowhere").join("limit.html");
+    let told = replay(Command::new(env!("CARGO_BIN_EXE_vimc4")), &nowhere)?;
+    assert_eq!(told.status.code(), Some(2), "{told:?}");
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some();
@@ -403,6 +426,7 @@ fn main() -> ExitCode {
             "",
             the_past_is_looked_at_branches_and_is_taken_over,
         ),
+        trial("a_recording_is_one_page", "", a_recording_is_one_page),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()

@@ -4,7 +4,9 @@ import { Api, Problem } from "./api";
 import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, View } from "./api";
 import { Feed } from "./feed";
 import { Machine } from "./machine";
+import type { Film } from "./film";
 import { Past } from "./past";
+import type { Tale } from "./way";
 import { say } from "./words";
 
 /** A part of the page. */
@@ -32,6 +34,8 @@ export class App {
   askToken: () => Promise<string> = () => Promise.reject(new Error("no token"));
 
   private pasts = new Map<number, Past>();
+  /** A recording that the page has in it. */
+  film: Film | undefined;
   private chosen = 1;
   private isDrawn = true;
   /** Who is to be looked at soon, and who is being looked at. */
@@ -63,6 +67,15 @@ export class App {
     refused: (detail) => this.onNotice(detail, true),
   });
 
+  /** Shows a recording, and asks nobody. */
+  play(film: Film): void {
+    this.film = film;
+    this.machines = [film.machine];
+    this.isConnected = true;
+    film.shownBy(() => this.changed());
+    this.onNewMachines();
+  }
+
   start(): void {
     void this.feed.start();
   }
@@ -72,8 +85,8 @@ export class App {
   }
 
   /** The past of the controller that is looked at. */
-  get past(): Past | undefined {
-    return this.machine && this.pasts.get(this.machine.number);
+  get past(): Tale | undefined {
+    return this.film ?? (this.machine && this.pasts.get(this.machine.number));
   }
 
   /** The machine that is shown: as it is, or as it was at the moment that is looked at. */

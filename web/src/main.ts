@@ -1,6 +1,7 @@
 // Puts the page together, and shows it again whenever something has changed.
 import { App, type Part } from "./app";
 import { h } from "./dom";
+import { read } from "./film";
 import { axes } from "./parts/axes";
 import { clock } from "./parts/clock";
 import { faults } from "./parts/faults";
@@ -40,8 +41,9 @@ function show(): void {
   main.inert = !app.isConnected;
   if (!machine) return;
   // What is seen is past wherever one looks.
+  document.body.dataset.film = String(app.film !== undefined);
   document.body.dataset.past = String(!(app.past?.isNow ?? true));
-  document.title = `${machine.about.model} · virtual IMC4`;
+  document.title = `${app.film?.title ?? machine.about.model} · virtual IMC4`;
   for (const part of parts) part.show(machine);
 }
 
@@ -50,5 +52,8 @@ app.onChange = show;
 app.onNewMachines = build;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.changed());
 colour();
+// Before the page is built, which takes the place of all that is in it.
+const film = await read();
 build();
-app.start();
+if (film) app.play(film);
+else app.start();

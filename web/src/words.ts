@@ -93,6 +93,9 @@ const TABLE = {
   pausedNow: ["The present. The controller is paused.", "Die Gegenwart. Die Steuerung ist angehalten."],
   dragBack: ["Go back to see the past; the controller is paused meanwhile.", "Zurückgehen zeigt die Vergangenheit; die Steuerung ist so lange angehalten."],
   noPast: ["This program keeps no past to look at; moments can be kept instead.", "Dieses Programm behält keine Vergangenheit; statt dessen lassen sich Momente festhalten."],
+  film: ["A recording. Between its entries axes are shown to move evenly.", "Eine Aufzeichnung. Zwischen ihren Einträgen bewegen sich die Achsen gleichmäßig."],
+  filmThinned: ["A long recording: not every moment of it is kept exactly.", "Eine lange Aufzeichnung: Nicht jeder Moment ist genau enthalten."],
+  leftOut: ["earlier entries are left out", "frühere Einträge sind ausgelassen"],
   leaves: ["leaves", "verlässt"],
   lookAt: ["Look at this moment", "Diesen Moment ansehen"],
   // conversation

@@ -56,6 +56,19 @@ export async function serve(...options) {
   };
 }
 
+/** Runs the program to its end. */
+export async function run(...options) {
+  const child = spawn(program, options, { stdio: ["ignore", "ignore", "pipe"] });
+  let told = "";
+  child.stderr.on("data", (text) => (told += text));
+  const code = await new Promise((resolve, reject) => {
+    child.once("exit", resolve);
+    child.once("error", reject);
+  });
+  // A command that is refused makes `run` end with 1, which a recording may well be of.
+  assert.ok(code === 0 || code === 1, told);
+}
+
 /** A browser without a window, which draws in software. `more` are further arguments. */
 export function browse(...more) {
   return chromium.launch({

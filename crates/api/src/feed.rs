@@ -20,6 +20,8 @@ const UNANSWERED: usize = 64;
 #[derive(Debug)]
 pub(crate) struct Feed {
     kept: Mutex<Kept>,
+    /// So many entries are kept.
+    most: usize,
     bell: Arc<Bell>,
 }
 
@@ -115,7 +117,12 @@ pub(crate) struct Part {
 
 impl Feed {
     pub(crate) fn new(bell: Arc<Bell>) -> Arc<Feed> {
-        Arc::new(Feed { kept: Mutex::default(), bell })
+        Feed::keeping(bell, HISTORY)
+    }
+
+    /// One that keeps so many entries.
+    pub(crate) fn keeping(bell: Arc<Bell>, most: usize) -> Arc<Feed> {
+        Arc::new(Feed { kept: Mutex::default(), most, bell })
     }
 
     /// Where the controller writes.
@@ -190,14 +197,14 @@ impl Sink for Ear {
             _ => String::new(),
         };
         let mut kept = self.0.kept();
-        kept.keep(report.clone(), means.into());
+        kept.keep(report.clone(), means.into(), self.0.most);
         drop(kept);
         self.0.bell.ring();
     }
 }
 
 impl Kept {
-    fn keep(&mut self, report: Report, means: Box<str>) {
+    fn keep(&mut self, report: Report, means: Box<str>, most: usize) {
         let of = match &report.what {
             What::Event { command, .. } => *command,
             _ => None,
@@ -234,7 +241,7 @@ impl Kept {
             // It stands at another moment now, of which nothing is known.
             (self.course, self.begun) = (None, VecDeque::new());
         }
-        if self.items.len() >= HISTORY
+        if self.items.len() >= most
             && let Some(oldest) = self.items.pop_front().and_then(|oldest| oldest.entry())
         {
             self.start.apply(&oldest);

@@ -39,6 +39,7 @@ mod expectations;
 mod expecting;
 mod feed;
 mod files;
+mod film;
 mod guard;
 mod limits;
 mod past;
@@ -51,6 +52,7 @@ mod table;
 
 pub use debugger::{Cancel, DEBUGGER_REMEDY, Debugging, Goal, Open};
 pub use entry::KINDS;
+pub use film::Film;
 pub use guard::Token;
 pub use past::{Memory, Past};
 pub use server::{Place, Server, ServerError};

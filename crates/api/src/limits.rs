@@ -51,6 +51,12 @@ pub(crate) const PAST_BYTES: usize = 16 * 1024 * 1024;
 /// and of so many rounds in which everything was done that was due.
 pub(crate) const PAST_ROUNDS: u64 = 500_000;
 
+/// A recording as a page has so many entries, the last ones,
+pub(crate) const FILM_ENTRIES: usize = 100_000;
+
+/// and so many moments at which everything is known.
+pub(crate) const FILM_VIEWS: usize = 20_000;
+
 /// So many positions a second may be asked for.
 pub(crate) const POSITIONS: u32 = 60;
 

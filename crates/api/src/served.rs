@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
-use vimc4::{Control, Emulator, Error, LengthUnit, Names, Snapshot, Time, View};
+use vimc4::{Control, Emulator, Error, LengthUnit, Machine, Model, Names, Snapshot, Time, View};
 
 use crate::debugger::{Desk, Open};
 use crate::expectations::Expectations;
@@ -208,7 +208,17 @@ impl Served {
 }
 
 fn about(number: usize, emulator: &Emulator, control: &Control, names: &Names) -> Value {
-    let model = control.model();
+    let mut about = profile_of(number, control.model(), control.machine(), names);
+    about["pty"] = json!(emulator.port().map(|path| path.display().to_string()));
+    about["tcp"] = json!(emulator.tcp_addr().map(|address| address.to_string()));
+    about["rfc2217"] = json!(emulator.rfc2217_addr().map(|address| address.to_string()));
+    about["serial"] = json!(emulator.serial());
+    about["recorded"] = json!(emulator.recording().is_some());
+    about
+}
+
+/// What a controller is, wherever it is.
+pub(crate) fn profile_of(number: usize, model: &Model, machine: &Machine, names: &Names) -> Value {
     let axes = (0_u8..).zip(model.axis_names()).map(|(axis, name)| {
         let scale = names.scale(axis).map(|scale| {
             let unit = match scale.unit {
@@ -225,12 +235,7 @@ fn about(number: usize, emulator: &Emulator, control: &Control, names: &Names) -
         "title": model.title(),
         "family": model.family().name(),
         "maker": model.family().maker(),
-        "machine": control.machine().name,
+        "machine": machine.name,
         "axes": axes.collect::<Vec<_>>(),
-        "pty": emulator.port().map(|path| path.display().to_string()),
-        "tcp": emulator.tcp_addr().map(|address| address.to_string()),
-        "rfc2217": emulator.rfc2217_addr().map(|address| address.to_string()),
-        "serial": emulator.serial(),
-        "recorded": emulator.recording().is_some(),
     })
 }

@@ -8,12 +8,11 @@ use vimc4::{Control, Report, Sink, What};
 use vimc4_api::{Debugging, Goal, Memory, Past};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::uninterrupted;
-use vimc4_device::{
-    Device, Input, Kinds, LineState, Names, Output, OwnedInput, SignalKind, escape,
-};
-use vimc4_timeline::{BranchId, History, Moment, Place};
+use vimc4_device::{Device, Input, Kinds, LineState, Names, OwnedInput, SignalKind, escape};
+use vimc4_timeline::{BranchId, History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
+use crate::recording::page::{is_there, report};
 
 /// So far ahead is worked out what would come of something that is done in the past.
 const AHEAD: u64 = 60_000_000_000;
@@ -240,18 +239,6 @@ impl Debugging for Console {
 /// A place as the API has it.
 fn moment(Place { branch, moment }: Place) -> Value {
     json!({ "branch": branch, "at": moment.at })
-}
-
-/// Whether all of a branch has happened up to a place.
-fn is_there(present: Place, end: Place) -> bool {
-    let counts = |moment: Moment| (moment.inputs, moment.bytes, moment.causes);
-    present.branch == end.branch && counts(present.moment) >= counts(end.moment)
-}
-
-fn report(output: &Output) -> Option<Report> {
-    let Output::Event(stamp, event) = output else { return None };
-    let what = What::Event { command: stamp.command, event: event.clone() };
-    Some(Report { controller: "".into(), at: stamp.at, what })
 }
 
 /// What was done, for people.

@@ -8,6 +8,8 @@ pub(crate) mod diff;
 pub(crate) mod file;
 pub(crate) mod history;
 pub(crate) mod less;
+#[cfg(feature = "api")]
+pub(crate) mod page;
 pub(crate) mod replay;
 pub(crate) mod tap;
 pub(crate) mod waveform;

@@ -35,6 +35,7 @@ Examples:
   vimc4 replay drill.jsonl
   vimc4 replay drill.jsonl --model imc-s8
   vimc4 replay examples/limit.jsonl --quirk lost_steps=false
+  vimc4 replay examples/limit.jsonl --html limit.html
 
 docs/recordings.md has the format.
 
@@ -56,9 +57,17 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     pictured: Pictured,
+    /// Write a page that shows the recording in any browser, with nothing else at hand
+    #[cfg(feature = "api")]
+    #[arg(long, value_name = "OUT")]
+    html: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    #[cfg(feature = "api")]
+    if let Some(out) = &arguments.html {
+        super::page::write(&arguments.file, out)?;
+    }
     let recording = file::read(&arguments.file)?;
     let site = Site::recorded(&recording)
         .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;

@@ -63,6 +63,7 @@ export function front(app: App): Part {
       mark(lamp, "data-state", isOn ? held ? "held" : machine.position?.moving ? "moves" : "on" : "off");
       put(mains, say(isOn ? "powerOff" : "powerOn"));
       mains.dataset.order = isOn ? "power off" : "power on";
+      plate.inert = app.film !== undefined;
       const place = (signal: Signal) => (ORDER.indexOf(signal.name) + ORDER.length + 1) % (ORDER.length + 1);
       const own = machine.signals.filter(({ kind }) => kind === "button" || kind === "switch");
       own.sort((a, b) => place(a) - place(b));

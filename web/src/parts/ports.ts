@@ -51,6 +51,7 @@ export function ports(app: App): Part {
         put(words[i]!, String(value));
         mark(words[i]!.parentElement!, "aria-label", `${say("output")} ${say("port")} ${port}: ${value.toString(2).padStart(8, "0")}`);
       });
+      inputs.inert = app.film !== undefined;
       const own = machine.signals.filter(({ kind }) => kind !== "button" && kind !== "switch");
       switches.from([machine.number, own.map(({ name }) => name)], () => {
         shown.clear();

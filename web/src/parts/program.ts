@@ -42,6 +42,7 @@ export function program(app: App): Part {
       list.hidden = steps.hidden = !stored;
       put(state, stored ? translated(stored.status) : say("noProgram"));
       const past = app.past;
+      steps.hidden ||= past?.isFilm ?? false;
       back.disabled = on.disabled = !past?.history?.possible;
       goes.disabled = !past?.isOpen && !app.machine?.clock?.paused;
       rows.from([machine.number, stored?.lines], () => {

@@ -4,7 +4,7 @@ import type { Branch, Entry, History } from "../api";
 import type { App, Part } from "../app";
 import { card, h, mark, put, Rebuilt } from "../dom";
 import type { Machine } from "../machine";
-import { say, seconds } from "../words";
+import { figure, say, seconds } from "../words";
 
 /** The height of a branch, and where the first one is, in pixels. */
 const LANE = 18;
@@ -157,14 +157,16 @@ export function timeline(app: App): Part {
       const on = branches.find(({ id }) => id === history?.branch);
       mark(range, "aria-valuetext", `${seconds(looked)}${on ? `, ${on.name}` : ""}`);
       const isNow = past.isNow;
-      put(status, !history || history.possible
+      const left = app.film && live.missing > 0 ? ` · ${figure(live.missing)} ${say("leftOut")}` : "";
+      if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}`);
+      else put(status, !history || history.possible
         ? isOpen ? `${seconds(looked)} · ${say(isNow ? "pausedNow" : "isPast")}` : say("dragBack")
         : say("noPast"));
       mark(element, "data-past", String(isOpen && !isNow));
       mark(element, "data-at", String(looked));
       mark(element, "data-branch", isOpen ? String(history!.branch) : "");
       for (const button of [back, take]) button.hidden = !isOpen || isNow;
-      leave.hidden = !isOpen;
+      leave.hidden = !isOpen || past.isFilm;
       for (const button of [previous, next]) button.disabled = !history?.possible;
       rows.from(branches.map(({ id, name, why, first, parted }) => [id, name, why, first, parted, id === history?.branch]), () =>
         branches.length < 2 ? [] : branches.map(({ id, name, why, first, parted }) => {

@@ -1,0 +1,72 @@
+//! A recording as a page that shows it, without a server.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use vimc4::{Report, What};
+use vimc4_api::Film;
+use vimc4_debug::{Read, uninterrupted};
+use vimc4_device::Output;
+use vimc4_timeline::{BranchId, Moment, Place};
+
+use super::history::{Commands, Opened, open};
+use crate::failure::Failure;
+use crate::text;
+
+/// Writes it.
+pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
+    let Opened { mut debugger, model, machine, .. } = open(recording, Commands::Unlisted)?;
+    if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
+        return Err(Failure::midway(why));
+    }
+    let history = debugger.history_mut();
+    let branches: BTreeMap<BranchId, _> =
+        history.branches().map(|branch| (branch.id, branch)).collect();
+    let heading = history.heading();
+    let Some(end) = branches.get(&heading) else { return Ok(()) };
+    let end = Place { branch: heading, moment: end.end };
+    let mut branch = BranchId(0);
+    if let Some(first) = branches.get(&branch) {
+        history.go_to_end(heading);
+        history.go_back_to(Place { branch, moment: first.first });
+    }
+    let mut film = Film::new(&text::name(recording), &model, &machine, history.device());
+    while !is_there(history.present(), end)
+        && history.find_next(end.moment.at.max(history.now()), |controller, _, outputs| {
+            for output in outputs {
+                if let Some(report) = report(output) {
+                    film.tell(&report, controller);
+                }
+            }
+            film.see(controller);
+            true
+        })
+    {
+        if history.present().branch != branch {
+            branch = history.present().branch;
+            let first = branches.get(&branch).map_or(history.now(), |branch| branch.first.at);
+            film.part(branch.0, first);
+        }
+    }
+    let page = film.page().map_err(Failure::midway)?;
+    fs::write(out, page).map_err(|error| {
+        let name = text::name(out);
+        Failure::usage(format!(
+            "cannot write {name}: {error}; name a file in a folder that is there"
+        ))
+    })
+}
+
+/// Whether all of a branch has happened up to a place.
+pub(crate) fn is_there(present: Place, end: Place) -> bool {
+    let counts = |moment: Moment| (moment.inputs, moment.bytes, moment.causes);
+    present.branch == end.branch && counts(present.moment) >= counts(end.moment)
+}
+
+/// What came out of a controller, as whoever watches it is told of it.
+pub(crate) fn report(output: &Output) -> Option<Report> {
+    let Output::Event(stamp, event) = output else { return None };
+    let what = What::Event { command: stamp.command, event: event.clone() };
+    Some(Report { controller: "".into(), at: stamp.at, what })
+}

@@ -1,0 +1,120 @@
+// A recording as one file: opened from the disk, with no server anywhere.
+import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, stat, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+import { browse, run, until } from "./stand.mjs";
+
+let browser;
+before(async () => (browser = await browse()));
+after(() => browser?.close());
+
+/** A recording of what these lines do, as a page, opened. */
+async function film(lines, body) {
+  const folder = await mkdtemp(join(tmpdir(), "film-"));
+  try {
+    const commands = join(folder, "commands.txt");
+    await writeFile(commands, `${lines.join("\n")}\n`);
+    await run("run", commands, "--machine", "mill", "--record", join(folder, "it.jsonl"));
+    const page_ = join(folder, "it.html");
+    await run("replay", join(folder, "it.jsonl"), "--html", page_);
+    const context = await browser.newContext({ locale: "en", viewport: { width: 1600, height: 1200 } });
+    const page = await context.newPage();
+    page.setDefaultTimeout(60_000);
+    const asked = [];
+    const complaints = [];
+    page.on("request", (request) => asked.push(request.url()));
+    page.on("websocket", (socket) => asked.push(socket.url()));
+    page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+    page.on("pageerror", (error) => complaints.push(String(error)));
+    const url = pathToFileURL(page_).href;
+    try {
+      await page.goto(url);
+      await page.locator(".timeline[data-at]").waitFor();
+      await body(page, page_);
+      assert.deepEqual(asked.filter((address) => address !== url && !/^(data|blob):/.test(address)), [], "nothing is asked for");
+      assert.deepEqual(complaints, [], "the browser complains of nothing");
+    } finally {
+      await context.close();
+    }
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+}
+
+const carriage = async (page) => (await page.locator(".stage").getAttribute("data-carriage")).split(" ").map(Number);
+
+test("a recording is scrubbed, by keys and by its entries, and nothing in it can be set", async () => {
+  await film(["@07", "@0R7", "@0A2000,1000,0,900,0,900,0,900", "@0A0,900,1000,2000,0,900,0,900", "@0A5"], async (page) => {
+    const begin = await carriage(page);
+    const range = page.getByRole("slider", { name: "Time line" });
+    await range.focus();
+    await page.keyboard.press("End");
+    await until("all has happened", async () => (await page.locator(".entry.later").count()) === 0);
+    const end = await carriage(page);
+    assert.equal(await page.locator(".stage").getAttribute("data-kinds"), "reference feed");
+    // What was wrong is there with its meaning; an entry jumps to its moment.
+    await page.locator(".entry-error", { hasText: "takes 8 numbers" }).waitFor();
+    await page.locator(".entry", { hasText: "Y +1,000 steps" }).getByRole("button").first().click();
+    await page.getByRole("button", { name: "Look at this moment" }).click();
+    await until("the last motion is still to come", async () => (await carriage(page))[1] === end[1] - 1_000);
+    assert.equal((await carriage(page))[0], end[0]);
+    assert.ok((await page.locator(".entry.later").count()) >= 3);
+    await page.getByRole("button", { name: "Next entry" }).click();
+    await until("it has been made", async () => (await carriage(page))[1] === end[1]);
+    // In the middle of a motion the carriage is in its middle.
+    await range.evaluate((range) => {
+      range.value = String(Number(range.value) - 250);
+      range.dispatchEvent(new Event("input"));
+    });
+    await until("it is being made", async () => {
+      const [, y] = await carriage(page);
+      return y > end[1] - 1_000 && y < end[1];
+    });
+    await range.focus();
+    await page.keyboard.press("Home");
+    await until("it is as it began", async () => String(await carriage(page)) === String(begin));
+    for (const part of [".clock", ".faults", ".log form", "footer"]) {
+      assert.equal(await page.locator(part).isVisible(), false, part);
+    }
+    assert.equal(await page.locator(".plate").evaluate((plate) => plate.inert), true);
+    await page.getByRole("combobox", { name: "Language" }).selectOption("de");
+    await page.getByRole("slider", { name: "Zeitachse" }).waitFor();
+    const axe = await readFile(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
+    await page.evaluate(axe);
+    const found = await page.evaluate(async () => (await window.axe.run()).violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`));
+    assert.deepEqual(found, []);
+  });
+});
+
+/** So many motions, of which each has some eight entries. With 13,000 it is as long as it can be without loss. */
+const MOTIONS = Number(process.env.FILM_MOTIONS ?? 1_500);
+
+test("a long recording is small, opens and is scrubbed", async () => {
+  const lines = ["@07"];
+  for (let i = 0; i < MOTIONS; i++) lines.push(`@0A${i % 2 ? "-" : ""}${20 + (i % 7)},5000,${i % 3},5000,0,900,0,900`);
+  await film(lines, async (page, file) => {
+    const { size } = await stat(file);
+    assert.ok(size < 800_000 + 200 * MOTIONS, `${size} bytes`);
+    const range = page.getByRole("slider", { name: "Time line" });
+    await range.focus();
+    await page.keyboard.press("End");
+    await until("all has happened", async () => Number(await page.locator(".stage").getAttribute("data-corners")) >= MOTIONS);
+    const worst = await page.evaluate(async () => {
+      const range = document.querySelector(".scrub");
+      let worst = 0;
+      for (let i = 0; i < 20; i++) {
+        const begin = performance.now();
+        range.value = String((Number(range.max) * ((i * 7) % 20)) / 20);
+        range.dispatchEvent(new Event("input"));
+        await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+        worst = Math.max(worst, performance.now() - begin);
+      }
+      return worst;
+    });
+    console.log(`${size} bytes, ${Math.round(worst)} ms for the longest of 20 jumps`);
+    await until("it is drawn where it is", async () => (await page.locator(".entry.later").count()) > 0);
+  });
+});
