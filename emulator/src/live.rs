@@ -633,7 +633,7 @@ fn pauses(breakpoint: &Breakpoint, debugger: &Debugger) -> Condition {
 }
 
 /// The moments on the way to a place, the latest first: one of each branch.
-fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
+pub(crate) fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
     let branches: Vec<_> = history.branches().collect();
     let mut way = vec![place];
     while let Some(last) = way.last()

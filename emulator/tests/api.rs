@@ -299,6 +299,11 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
         assert_eq!(ask("POST", "/history/do", wrong.clone()).0, status, "{wrong}");
     }
     assert_eq!(ask("POST", "/history/go", json!({ "branch": 7 })).0, 422);
+    for wrong in [json!({ "at": -1 }), json!({ "entry": -1 }), json!({ "branch": -1 })] {
+        assert_eq!(ask("POST", "/history/go", wrong.clone()).0, 400, "{wrong}");
+    }
+    let late = ask("POST", "/history/go", json!({ "branch": 0, "at": 99_999_999_999_999_u64 }));
+    assert!(late.0 == 422 && late.1["detail"].as_str().is_some_and(|it| it.contains("ends at")));
     assert_eq!(ask("POST", "/history/go", json!({ "at": 1, "command": 1 })).0, 400);
 
     // By an entry, by a command, and back.
@@ -343,6 +348,11 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     let again = ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1;
     assert_eq!((x(&again), &again["now"]["branch"]), (json!(898), &json!(1)));
     assert!(again["branches"][1]["name"].as_str().is_some_and(|name| name.starts_with("put back")));
+    // Nor does it go on: what is done at its end begins a branch, too.
+    let there = ask("POST", "/history/go", json!({ "branch": 0 })).1;
+    let done = ask("POST", "/history/do", json!({ "send": "@0P\r" })).1;
+    assert_eq!(done["branches"][0]["end"], there["branches"][0]["end"]);
+    assert_eq!(done["branches"][2]["parted"]["branch"], 0);
     Ok(())
 }
 
@@ -396,9 +406,15 @@ fn a_recording_is_one_page() -> Outcome {
     let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
     assert!(page.contains(policy) && page.contains("id=\"film\">H4sI"));
     assert!(!page.contains(" src=") && !page.contains("rel=\"stylesheet\""));
-    let nowhere = folder.path().join("nowhere").join("limit.html");
-    let told = replay(Command::new(env!("CARGO_BIN_EXE_vimc4")), &nowhere)?;
-    assert_eq!(told.status.code(), Some(2), "{told:?}");
+    // A page gives way to another one; nothing else does.
+    assert!(replay(Command::new(env!("CARGO_BIN_EXE_vimc4")), &out)?.status.success());
+    let own = folder.path().join("own.jsonl");
+    fs::copy(recording, &own)?;
+    for place in [own.clone(), folder.path().join("nowhere").join("limit.html"), "-".into()] {
+        let told = replay(Command::new(env!("CARGO_BIN_EXE_vimc4")), &place)?;
+        assert_eq!(told.status.code(), Some(2), "{told:?}");
+    }
+    assert_eq!(fs::read(&own)?, fs::read(recording)?);
     Ok(())
 }
 

@@ -4,6 +4,8 @@ import { KINDS, type Kind, type Path } from "./path";
 
 const DASHED: readonly Kind[] = ["rapid", "reference"];
 const FIRST = 1_024;
+/** So many of the latest lines are drawn whatever is left out of the others. */
+const LATEST = 2_048;
 
 /** The lines of one kind. */
 class Lines {
@@ -12,6 +14,8 @@ class Lines {
   private count = 0;
   private ends = new Float32Array(FIRST * 6);
   private along = new Float32Array(FIRST * 2);
+  private chosen: BufferAttribute | null = null;
+  private every = 1;
 
   constructor(private readonly isDashed: boolean) {
     const material = isDashed ? new LineDashedMaterial({ dashSize: 2, gapSize: 1.4 }) : new LineBasicMaterial();
@@ -38,7 +42,7 @@ class Lines {
   /** Hands what was added since `before` to the graphics. */
   flush(before: number): void {
     const { geometry } = this.object;
-    geometry.setDrawRange(0, this.count * 2);
+    this.choose();
     if (before === this.count) return;
     for (const [name, width] of [["position", 6], ["lineDistance", 2]] as const) {
       const attribute = geometry.getAttribute(name) as BufferAttribute | undefined;
@@ -46,6 +50,33 @@ class Lines {
       attribute.addUpdateRange(before * width, (this.count - before) * width);
       attribute.needsUpdate = true;
     }
+  }
+
+  /** Of the older lines, draws one of so many only. */
+  coarsen(every: number): void {
+    if (every === this.every) return;
+    this.every = every;
+    this.choose();
+  }
+
+  private choose(): void {
+    const { geometry } = this.object;
+    const old = this.count - LATEST;
+    if (this.every === 1 || old <= 0) {
+      geometry.setIndex(null);
+      geometry.setDrawRange(0, this.count * 2);
+      return;
+    }
+    this.chosen ??= new BufferAttribute(new Uint32Array(this.size * 2), 1).setUsage(DynamicDrawUsage);
+    let size = 0;
+    for (let i = 0; i < this.count; i += i < old ? this.every : 1) {
+      this.chosen.array[size++] = 2 * i;
+      this.chosen.array[size++] = 2 * i + 1;
+    }
+    this.chosen.addUpdateRange(0, size);
+    this.chosen.needsUpdate = true;
+    geometry.setIndex(this.chosen);
+    geometry.setDrawRange(0, size);
   }
 
   get length(): number {
@@ -67,6 +98,7 @@ class Lines {
   private attach(): void {
     this.object.geometry.dispose();
     this.object.geometry = new BufferGeometry();
+    this.chosen = null;
     const put = (name: string, array: Float32Array, width: number) => {
       const attribute = new BufferAttribute(array, width);
       attribute.setUsage(DynamicDrawUsage);
@@ -95,6 +127,11 @@ export class PathLines {
 
   colour(kind: Kind, colour: string): void {
     this.lines.get(kind)?.object.material.color.set(colour);
+  }
+
+  /** Of the older lines of each kind, draws one of so many only. */
+  coarsen(every: number): void {
+    for (const lines of this.lines.values()) lines.coarsen(every);
   }
 
   /** Takes over what is new. Returns whether anything was. */

@@ -25,6 +25,15 @@ const UNKNOWN_STEP = 0.0125;
 const OPEN = 60;
 /** The tool takes this long to be where it was heard of, in ms. */
 const GLIDE = 50;
+/** A frame that comes later than this is too slow, and one that comes earlier than that has time to spare, in ms. */
+const SLOW = 45;
+const QUICK = 20;
+/** After so many of those, more is drawn. */
+const QUICK_FRAMES = 40;
+/** One of so many of the older lines is drawn at least. */
+const COARSEST = 256;
+/** Nothing moves any more after this time, in ms. */
+const REST = 250;
 
 export class MachineScene {
   private scene = new Scene();
@@ -46,6 +55,12 @@ export class MachineScene {
   private goal = new Vector3();
   private glidesUntil = 0;
   private isAsked = false;
+  /** When the next frame was asked for. */
+  private asked = 0;
+  /** While something moves, one of so many of the older lines is drawn: as many as the computer can. */
+  private every = 1;
+  private quick = 0;
+  private rest: ReturnType<typeof setTimeout> | undefined;
   private way: Way = "isometric";
   private colours = "";
 
@@ -101,6 +116,7 @@ export class MachineScene {
 
   /** Gives back what the graphics have lent. */
   leave(): void {
+    clearTimeout(this.rest);
     this.controls.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
@@ -285,10 +301,28 @@ export class MachineScene {
   private draw(): void {
     if (this.isAsked) return;
     this.isAsked = true;
+    this.asked = performance.now();
     requestAnimationFrame((now) => {
       this.isAsked = false;
+      this.pace(performance.now() - this.asked);
+      this.path.coarsen(this.every);
       this.render(now);
+      clearTimeout(this.rest);
+      if (this.every > 1) this.rest = setTimeout(() => this.complete(), REST);
     });
+  }
+
+  /** Draws less of the older path while frames come late, and all of it again when they do not. */
+  private pace(waited: number): void {
+    this.quick = waited < QUICK ? this.quick + 1 : 0;
+    if (waited > SLOW && this.every < COARSEST) this.every *= 2;
+    else if (this.quick > QUICK_FRAMES && this.every > 1) [this.every, this.quick] = [this.every / 2, 0];
+  }
+
+  /** Nothing moves: everything is drawn, however long that takes. */
+  private complete(): void {
+    this.path.coarsen(1);
+    this.render(performance.now());
   }
 
   private render(now: number): void {

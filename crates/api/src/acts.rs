@@ -454,6 +454,10 @@ pub(crate) async fn history(call: Call) -> Outcome {
 
 pub(crate) async fn go(call: Call) -> Outcome {
     let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
+    if let Some((name, value)) = call.body.iter().find(|(name, _)| number(name).is_none()) {
+        let detail = format!("`{name}` is not to be {value}");
+        return Err(Problem::new(Kind::WrongRequest, detail, "send a number from 0 on"));
+    }
     let several = ["at", "command", "entry"].into_iter().filter(|name| number(name).is_some());
     if several.count() > 1 {
         let detail = "a moment is named by one of at, command and entry";

@@ -8,10 +8,13 @@ use vimc4::{Control, Report, Sink, What};
 use vimc4_api::{Debugging, Goal, Memory, Past};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::uninterrupted;
-use vimc4_device::{Device, Input, Kinds, LineState, Names, OwnedInput, SignalKind, escape};
+use vimc4_device::{
+    Device, Input, Kinds, LineState, Names, OwnedInput, SignalKind, escape, show_nanos,
+};
 use vimc4_timeline::{BranchId, History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
+use crate::live::way;
 use crate::recording::page::{is_there, report};
 
 /// So far ahead is worked out what would come of something that is done in the past.
@@ -165,9 +168,20 @@ impl Debugging for Console {
                 self.history_mut().go_to_end(branch);
             }
             Goal::At(branch, at) => {
-                if let Some(branch) = branch {
-                    let branch = self.branch_of(branch)?;
-                    self.history_mut().go_to_end(branch);
+                let looked_at = self.session.debugger.place();
+                let heading = self.session.debugger.history().heading();
+                let branch = branch.map_or(Ok(heading), |branch| self.branch_of(branch))?;
+                let history = self.history_mut();
+                history.go_to_end(branch);
+                let end = history.now();
+                if end < at {
+                    history.go_to_end(heading);
+                    history.go_back_to(looked_at);
+                    history.drain();
+                    return Err(format!(
+                        "this branch ends at {} ns; look at a moment up to then, or at another branch",
+                        end.as_nanos()
+                    ));
                 }
                 self.session.debugger.go_back_to_time(at);
             }
@@ -179,6 +193,15 @@ impl Debugging for Console {
 
     fn branch(&mut self, line: &str) -> Result<String, String> {
         self.catch_up()?;
+        let (looked_at, live) = (self.session.debugger.place(), self.live_place());
+        let history = self.history_mut();
+        let is_behind = looked_at.branch != live.branch
+            && way(history, live).iter().any(|on| on.branch == looked_at.branch);
+        if is_behind && history.is_at_end() {
+            // What really happened ended here, and stays as it is.
+            let state = history.device().state();
+            history.fork(format!("from {}", show_nanos(looked_at.moment.at.as_nanos())), state);
+        }
         let said = self.carry_out(line)?;
         let is_past = self.session.debugger.place().branch != self.live_place().branch;
         // It takes effect at once, at the controller too if that is looked at.

@@ -1,7 +1,8 @@
 //! A recording as a page that shows it, without a server.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use vimc4::{Report, What};
@@ -12,10 +13,21 @@ use vimc4_timeline::{BranchId, Moment, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
+use crate::output::{create, unwritable};
 use crate::text;
+
+/// How a page begins.
+const PAGE: &[u8] = b"<!doctype html>";
 
 /// Writes it.
 pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
+    if out.is_file() && !is_page(out) {
+        let name = text::name(out);
+        return Err(Failure::usage(format!(
+            "{name} is there and is no page, and would be overwritten; name another file"
+        )));
+    }
+    create(out)?;
     let Opened { mut debugger, model, machine, .. } = open(recording, Commands::Unlisted)?;
     if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
         return Err(Failure::midway(why));
@@ -50,12 +62,14 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
         }
     }
     let page = film.page().map_err(Failure::midway)?;
-    fs::write(out, page).map_err(|error| {
-        let name = text::name(out);
-        Failure::usage(format!(
-            "cannot write {name}: {error}; name a file in a folder that is there"
-        ))
-    })
+    fs::write(out, page).map_err(|error| unwritable(out, &error))
+}
+
+/// Whether a file is a page, or nothing yet.
+fn is_page(path: &Path) -> bool {
+    let mut begin = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut begin));
+    read.is_ok() && (begin.is_empty() || begin.to_ascii_lowercase().starts_with(PAGE))
 }
 
 /// Whether all of a branch has happened up to a place.
