@@ -317,6 +317,30 @@ fn a_list_a_program_a_plot_and_a_job_are_opened_where_they_begin() {
     }
 }
 
+/// A job that asks the operator three times, twice at one moment.
+const ASKS: &str = "IMF_PBL_V1.0\nREF XYZ\nVEL 8000\nMOVEABS X5000\nHALT\nGETTOOL 2\n\
+    MOVEABS X10000\nHALT\nPROGEND\n";
+
+#[test]
+fn a_job_that_asks_the_operator_is_opened_where_it_begins_and_waits_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (job, script) = (folder.path().join("job.ncp"), folder.path().join("script.txt"));
+    let walk = "where\ncontinue\ncontinue\ncontinue\nprint x\ncontinue\nprint x\n";
+    fs::write(&job, ASKS).unwrap();
+    fs::write(&script, walk).unwrap();
+    let (job, script) = (job.to_str().unwrap(), script.to_str().unwrap());
+    for more in [&[][..], &["--keep-going"]] {
+        let arguments = [&[job, "--machine", "mill"], more].concat();
+        let typed = said(&arguments, walk);
+        assert!(typed.starts_with("> where\n0ms on main"), "{typed}");
+        for wait in ["line 5: HALT", "line 6: put in tool 2", "line 8: HALT"] {
+            assert!(typed.contains(&format!("{wait}; continue goes on")), "{wait}: {typed}");
+        }
+        let scripted = said(&[&arguments[..], &["--script", script]].concat(), "");
+        assert_eq!(scripted, typed);
+    }
+}
+
 #[test]
 fn each_command_of_a_job_is_found_by_its_line_and_the_other_way_round() {
     let out = said(

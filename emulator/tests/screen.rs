@@ -308,13 +308,29 @@ fn a_long_recording_is_read_while_nobody_types() -> Outcome {
     Ok(())
 }
 
+/// It stands where the job begins, and each wait of it holds up who goes on.
+fn a_job_that_asks_the_operator() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    let job = tmux.folder.path().join("job.ncp");
+    fs::write(&job, "IMF_PBL_V1.0\nREF XYZ\nVEL 8000\nHALT\nGETTOOL 2\nMOVEABS X10000\nPROGEND\n")?;
+    tmux.console(&format!("{} --machine mill", job.display()));
+    let first = tmux.screen();
+    assert!(first.starts_with(" imc4 on mill  0.000000 s"), "{first}");
+    tmux.type_("c");
+    tmux.wait_for("line 4: HALT; continue goes on");
+    tmux.type_("c");
+    tmux.wait_for("line 5: put in tool 2; continue goes on");
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     let missing = tmux::missing();
-    let tests: [Tried; 11] = [
+    let tests: [Tried; 12] = [
         ("the pictures of the manual", the_pictures_of_the_manual),
         ("a walk through a job", a_walk),
+        ("a job that asks the operator", a_job_that_asks_the_operator),
         ("every face shows the same state", faces::every_face_shows_the_same_state),
         ("the command line completes and remembers", the_command_line_completes_and_remembers),
         ("another size is drawn at once", another_size_is_drawn_at_once),

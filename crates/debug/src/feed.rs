@@ -122,11 +122,10 @@ impl Feed {
 
     /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
     pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
-        let waits = self.waits_for(history);
-        self.wait = None;
-        if let Some(piece) =
-            waits.filter(|own| matches!(self.pieces.get(*own), Some(Piece::Until(..))))
-        {
+        let Some(piece) = self.waits_for(history) else { return };
+        // It is known to be answered: else it would be asked here for ever.
+        self.wait = Some(Wait { place: history.present(), piece, lasts: false });
+        if matches!(self.pieces.get(piece), Some(Piece::Until(..))) {
             self.keep(history, true, piece + 1);
         }
     }

@@ -111,6 +111,23 @@ fn who_comes_to_a_wait_otherwise_finds_it_and_a_search_that_fails_leaves_it() {
 }
 
 #[test]
+fn who_waits_for_nobody_comes_to_the_end_and_everybody_else_is_asked_there() {
+    let mut debugger = asking();
+    let mut waits = Vec::new();
+    // One more turn than there are waits would be one that is asked again.
+    for _ in 0..=5 {
+        go(&mut debugger, Way::Forward);
+        waits.extend(debugger.waits().map(str::to_owned));
+        debugger.go_on_all_the_same();
+    }
+    assert_eq!(waits, ["3", "4", "5", "7", "8"]);
+    run(&mut debugger, &["goto start"]);
+    for what in ["3", "4", "5", "7", "8"] {
+        assert_eq!(go(&mut debugger, Way::Forward).1, format!("waits {what}"));
+    }
+}
+
+#[test]
 fn a_line_is_found_beyond_waits_and_the_wait_says_what_holds_up() {
     let mut debugger = asking();
     go(&mut debugger, Way::Forward);
