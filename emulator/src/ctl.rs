@@ -88,8 +88,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Ok((_, said)), false) if said.is_empty() => Ok(()),
         (Ok((_, said)), false) => output::print(&format!("{}\n", text::shown(&said))),
         (Err(trouble), is_json) => {
-            if let (Trouble::Refused(problem), true) = (&trouble, is_json) {
-                output::print(&format!("{problem}\n"))?;
+            if is_json {
+                output::print(&format!("{}\n", trouble.document()))?;
             }
             Err(trouble.into())
         }

@@ -100,6 +100,9 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
         assert!(ended == code && said.contains(right), "{arguments:?}: {ended} {said}");
     }
     // A problem is JSON, too, where that is wanted.
+    let (code, printed, _) = ctl(folder, "http://127.0.0.1:1", &["--json", "view"]);
+    let problem: Value = serde_json::from_str(&printed).unwrap();
+    assert!(code == 2 && problem["detail"].is_string(), "{printed}");
     let (code, printed, _) = ctl(folder, &url, &["--json", "--controller", "2", "cover", "shut"]);
     let problem: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!((code, &problem["status"]), (2, &Value::from(422)));

@@ -209,16 +209,18 @@ fn as_it_happens_and_afterwards_are_the_same() {
 fn what_is_no_sentence_is_told_with_what_would_be() {
     let names = play(&[], |_, _, _| {}).1;
     for (text, right) in [
-        ("", "say how often"),
+        ("", "write it as in `command @A, once`"),
+        ("; then command @A, once", "write it as in"),
         ("command @A", "say how often, as in `command @A, once`"),
         ("command @A, often", "say how often"),
         ("command @J, once", "is wrong at `@J`"),
         ("x > far, once", "a position in steps or mm"),
         ("command @A answered 0 1, once", "more than a word"),
         ("command @A answered \"0, once", "say how often"),
-        ("command @A answered within soon, once", "`soon` is no time"),
-        ("x > 1, once, within 5", "`5` is no time"),
-        ("x > 1, once; then", "say how often"),
+        ("command @A answered within soon, once", "`soon` has no unit of time"),
+        ("x > 1, once, within 5", "`5` has no unit of time"),
+        ("x > 1, once, within -2 s", "`-2 s` is no time; write"),
+        ("x > 1, once; then", "write it as in"),
         ("x > 1, at least 0 times", "is always so"),
         ("x > 1, 3 to once", "cannot come 3 times"),
         ("whenever x > 1", "one colon"),
@@ -232,6 +234,8 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
     for (text, words) in [
         ("command A, once", "command @A, once"),
         (" command \"@0A1, 2\" answered \"0 1\" within 2s, 2 times, and x > 1mm, never", ""),
+        ("x > 1, once; then x > 2, once, no sooner than after 1 s, within 5 s", ""),
+        ("x > 1, once; then x > 2, once, within 5 s, no sooner than after 1 s", ""),
         ("whenever z < 0: signal cover is closed", ""),
         ("command @A and x > 5, twice", ""),
         ("whenever command @R, if at all: command @A within 1.5 s", ""),

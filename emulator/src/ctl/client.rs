@@ -54,6 +54,17 @@ impl Trouble {
         }
     }
 
+    /// A problem document: that of the server, if it has sent one.
+    pub(crate) fn document(&self) -> Value {
+        match self {
+            Trouble::Refused(problem) => problem.clone(),
+            Trouble::Other(why) => {
+                let (detail, remedy) = why.split_once("; ").unwrap_or((why, ""));
+                json!({ "title": "There is no answer", "detail": detail, "remedy": remedy })
+            }
+        }
+    }
+
     /// Whether it was asked for what is right, and cannot be now.
     fn is_passing(&self) -> bool {
         /// A conflict, too many requests, and a controller that has ended.

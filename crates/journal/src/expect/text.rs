@@ -64,8 +64,18 @@ impl Expectation {
 }
 
 fn stage(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
-    let (text, within) = ending(text, ", within ")?;
-    let (text, after) = ending(text, ", no sooner than after ")?;
+    const SOONEST: &str = ", no sooner than after ";
+    const LATEST: &str = ", within ";
+    // In either order.
+    let (text, after, within) = if text.rfind(SOONEST) > text.rfind(LATEST) {
+        let (text, after) = ending(text, SOONEST)?;
+        let (text, within) = ending(text, LATEST)?;
+        (text, after, within)
+    } else {
+        let (text, within) = ending(text, LATEST)?;
+        let (text, after) = ending(text, SOONEST)?;
+        (text, after, within)
+    };
     let mut expect = expect.stage(after, within);
     let mut clauses = parts(text, ", and ").into_iter();
     let mut said = clause(expect, clauses.next().unwrap_or_default())?;
@@ -78,6 +88,10 @@ fn stage(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
 
 fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     let text = text.trim();
+    if text.is_empty() {
+        let why = "nothing is expected here; write it as in `command @A, once`";
+        return Err(Mistake::new(why.to_owned()));
+    }
     let Some((what, number)) =
         last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
     else {
@@ -167,7 +181,9 @@ fn ending<'a>(text: &'a str, words: &str) -> Result<(&'a str, Option<Duration>),
     let Some((before, span)) = last(text, words) else { return Ok((text, None)) };
     match parse_duration(span.trim()) {
         Ok(span) => Ok((before, Some(span))),
-        Err(error) => Err(Mistake::new(format!("`{}` is no time: {error}", span.trim()))),
+        Err(error) => {
+            Err(Mistake::new(format!("`{}` {error}; write it as in `1.5 s`", span.trim())))
+        }
     }
 }
 
