@@ -51,7 +51,7 @@ as `vimc4 serve` has it. While you type, its time is paused; clients stay connec
 the delay. `continue` lets it go on to the next breakpoint or Ctrl-C. Stepping forward moves the controller itself; going
 back, or doing something there, only looks, until `take` takes it there. With `--pty none --tcp none` there are
 no clients, and time passes only as you step. With `--connect` the controller is one of a `vimc4 serve --http`
-that runs; at the end it goes on there.
+that runs, where time passes by itself; at the end it goes on.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What
 is done in the past begins a branch, and nothing is lost. Without a terminal, lines come from

@@ -762,6 +762,21 @@ fn a_terminal_that_can_only_print_lines_is_refused_the_full_screen() {
 
 // --- elsewhere ---
 
+/// What the API answers to a request of a method, with its head.
+fn request(url: &str, method: &str, path: &str, body: &str) -> String {
+    let address = url.trim_start_matches("http://").trim_end_matches('/');
+    let mut stream = process::connect(address);
+    let request = format!(
+        "{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\
+         Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+        body.len()
+    );
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
 /// What a console here and one on a controller elsewhere print and say of the same lines. In instant
 /// time both begin at nothing, and nothing happens but what the lines do.
 fn here_and_elsewhere(folder: &Path, lines: &str) -> [(i32, String, String); 2] {
@@ -794,10 +809,19 @@ fn a_controller_elsewhere_is_debugged_in_the_same_words() {
     );
     assert_eq!(here.0, 0, "{}", here.2);
     assert!(here.1.contains("> print x\n898\n"), "{}", here.1);
-    assert_eq!(here, elsewhere);
-    for wrong in
-        ["where\nassert x = 1\nprint x\n", "frobnicate\n", "print 1 +\n", "source none.txt\n"]
-    {
+    // What needs the terminal of the controller's own program is not offered.
+    let local = |line: &&str| line.starts_with("  screen ") || line.starts_with("  picture ");
+    assert_eq!(here.1.lines().filter(local).count(), 2);
+    let lines: Vec<&str> = here.1.lines().filter(|line| !local(line)).collect();
+    assert_eq!(lines, elsewhere.1.lines().collect::<Vec<_>>());
+    assert_eq!((here.0, here.2), (elsewhere.0, elsewhere.2));
+    for wrong in [
+        "where\nassert x = 1\nprint x\n",
+        "frobnicate\n",
+        "print 1 +\n",
+        "source none.txt\n",
+        "controller 2\n",
+    ] {
         let [here, elsewhere] = here_and_elsewhere(folder, wrong);
         assert_eq!(here.0, 1);
         assert_eq!(here, elsewhere);
@@ -844,13 +868,24 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     console.signal(rustix::process::Signal::TERM);
     assert_eq!(console.ended().code(), Some(143));
     process::until("it is let go", || !clock("1").contains("paused"));
+    // The line says no number in a request, whose address has it.
+    let path = "/v1/controllers/1/debugger";
+    let said = request(url, "POST", path, r#"{"line":"controller 2"}"#);
+    assert!(said.contains("the address says which controller it is"), "{said}");
+    assert!(request(url, "DELETE", path, "").contains("200 OK"));
     // Nothing is begun where there is nothing.
+    let serial = ready["controllers"][0]["tcp"].as_str().unwrap_or_default();
     for (arguments, right) in [
         (&["--connect", url][..], "give --controller, 1 to 2"),
         (&["--connect", url, "--controller", "3"], "there is no controller `3`"),
         (&["--connect", "http://127.0.0.1:1"], "is `vimc4 serve --http` running there?"),
         (&["--connect", url, "--machine", "mill"], "cannot be used with"),
+        (&["--connect", url, "--fresh-clients"], "cannot be used with"),
         (&["--controller", "1"], "--connect"),
+        (&["--token", "none.txt"], "--connect"),
+        (&["imc4", "--token", "none.txt"], "cannot be used with"),
+        (&["imc4", "--controller", "1"], "cannot be used with"),
+        (&["--connect", serial], "no API of vimc4 answers at"),
     ] {
         let (code, _, said) = run(folder, &[&["console"], arguments].concat());
         assert!(code == 2 && said.contains(right), "{arguments:?}: {code} {said}");

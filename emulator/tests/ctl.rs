@@ -131,6 +131,7 @@ fn a_token_is_in_a_file_or_the_environment() {
     for arguments in [&["position"][..], &["watch", "--count", "1", "--after", "0"]] {
         let (code, said) = wrong(ctl(folder, &url, arguments));
         assert!(code == 2 && said.contains("the token is missing or wrong"), "{code} {said}");
+        assert!(said.contains("into VIMC4_TOKEN, or name its file with --token"), "{said}");
     }
     let with =
         |arguments: &[&str]| ctl(folder, &url, &[arguments, &["--token", "token.txt"]].concat());

@@ -14,7 +14,7 @@ use vimc4_debug::{Candidate, Completion, Directive, TABLE};
 
 use super::interrupts;
 use super::script::{self, Console, Flow};
-use super::session::{Cancel, OWN, Outcome, Wrong};
+use super::session::{Cancel, Outcome, Own, Wrong, no_controller};
 use super::shell::{PROMPT, Shell};
 use crate::ctl::client::{Client, Trouble, part};
 use crate::ctl::complete;
@@ -29,19 +29,20 @@ const PATIENCE: Duration = Duration::from_secs(1);
 #[group(skip)]
 #[command(next_help_heading = "A controller elsewhere")]
 pub(crate) struct Arguments {
-    /// Debug a controller of the `vimc4 serve --http` that listens there
+    /// Debug a controller of the `vimc4 serve --http` that listens there, where time passes by itself:
+    /// not with --time manual, --dap, --line-pacing or --line-physics
     #[arg(long, value_name = "URL", conflicts_with_all = NOT_THERE, add = crate::completions::words(&["http://127.0.0.1:8080"]))]
     connect: Option<String>,
     /// The file with the token, where one is needed; by default the environment variable VIMC4_TOKEN
-    #[arg(long, value_name = "FILE", requires = "connect")]
+    #[arg(long, value_name = "FILE", requires = "connect", conflicts_with_all = NOT_THERE)]
     token: Option<PathBuf>,
     /// Which of several controllers, by its number from 1
-    #[arg(long, value_name = "NUMBER", requires = "connect", add = complete::controllers())]
+    #[arg(long, value_name = "NUMBER", requires = "connect", conflicts_with_all = NOT_THERE, add = complete::controllers())]
     controller: Option<usize>,
 }
 
 /// What is said where the controller is started.
-const NOT_THERE: [&str; 14] = [
+const NOT_THERE: [&str; 16] = [
     "what",
     "model",
     "machine",
@@ -56,6 +57,8 @@ const NOT_THERE: [&str; 14] = [
     "clock",
     "flash",
     "count",
+    "tcp_clients",
+    "fresh_clients",
 ];
 
 impl Arguments {
@@ -171,7 +174,7 @@ impl Afar {
         let count = count.as_array().map_or(0, Vec::len);
         let wanted = number.parse().ok().filter(|number| (1..=count).contains(number));
         let Some(wanted) = wanted else {
-            return Err(Wrong(format!("there is no controller {number}; there are 1 to {count}")));
+            return Err(no_controller(number, count));
         };
         if wanted == self.number {
             return Ok(Outcome::Said(String::new()));
@@ -238,7 +241,7 @@ impl Console for Afar {
         };
         if from == 0 {
             TABLE.iter().for_each(|known| offer(known.name, known.about));
-            OWN.iter().for_each(|own| offer(own.name, own.about));
+            Own::all(false).for_each(|own| offer(own.name, own.about));
         }
         let client = self.client.clone().hurried(PATIENCE);
         let ways = client.get(&self.path("/completions"), &[("line", begun)]).unwrap_or_default();

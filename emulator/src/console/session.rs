@@ -30,30 +30,48 @@ pub(crate) struct Own {
     pub(crate) name: &'static str,
     pub(crate) arguments: &'static str,
     pub(crate) about: &'static str,
+    /// It needs the controller in the program that has the terminal.
+    is_local: bool,
+}
+
+impl Own {
+    /// Those that there are where the controller is in this program, or where it is not.
+    pub(crate) fn all(is_local: bool) -> impl Iterator<Item = &'static Own> {
+        OWN.iter().filter(move |own| is_local || !own.is_local)
+    }
 }
 
 /// The console's own commands.
-pub(crate) const OWN: &[Own] = &[
+const OWN: &[Own] = &[
     Own {
         name: "screen",
         arguments: "",
         about: "fill the terminal with everything at once; `q` comes back",
+        is_local: true,
     },
     Own {
         name: "picture",
         arguments: "FILE [WIDTHxHEIGHT]",
         about: "write that screen into a file, as SVG; by default 80x24 characters",
+        is_local: true,
     },
-    Own { name: "source", arguments: "FILE", about: "carry out the commands in a file" },
+    Own {
+        name: "source",
+        arguments: "FILE",
+        about: "carry out the commands in a file",
+        is_local: false,
+    },
     Own {
         name: "take",
         arguments: "",
         about: "take the controller that runs to the moment that is looked at: from there it goes on",
+        is_local: false,
     },
     Own {
         name: "controller",
         arguments: "[NUMBER]",
         about: "of several that run: pause this one and look at it; without a number, which one it is",
+        is_local: false,
     },
 ];
 
@@ -204,6 +222,11 @@ impl Session {
         Ok(Session { live: Some(live), ..session })
     }
 
+    /// Whether its lines come by requests, about this controller and no other.
+    fn is_served(&self) -> bool {
+        self.live.is_some() && self.others.is_empty()
+    }
+
     /// All controllers that run, to be ended.
     pub(crate) fn into_emulators(self) -> Vec<Emulator> {
         let others = self.others.into_iter().flatten().map(|other| match other {
@@ -264,11 +287,16 @@ impl Session {
             ("source", "") => return Err(Wrong::new("how it is typed: source FILE")),
             ("source", file) => return Ok(Outcome::Source(file.to_owned())),
             ("picture", rest) => return picture(rest),
-            ("help" | "h", name) if OWN.iter().any(|own| own.name == name) => {
-                let own = OWN.iter().find(|own| own.name == name);
-                return Ok(Outcome::Said(own.map_or(String::new(), Own::told)));
+            ("help" | "h", name) => {
+                if let Some(own) = Own::all(!self.is_served()).find(|own| own.name == name) {
+                    return Ok(Outcome::Said(own.told()));
+                }
             }
             _ => {}
+        }
+        if word == "controller" && self.is_served() {
+            let remedy = "ask /v1/controllers/2/debugger for the second";
+            return Err(Wrong(format!("the address says which controller it is; {remedy}")));
         }
         if (word, rest.trim()) == ("controller", "") {
             return Ok(Outcome::Said(self.number.to_string()));
@@ -314,7 +342,7 @@ impl Session {
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
             answer @ Answer::Help(_) => {
-                let own: Vec<String> = OWN.iter().map(Own::listed).collect();
+                let own: Vec<String> = Own::all(!self.is_served()).map(Own::listed).collect();
                 let (table, end) = answer.to_string().rsplit_once("\n\n").map_or_else(
                     || (answer.to_string(), String::new()),
                     |(table, end)| (table.to_owned(), end.to_owned()),
@@ -493,7 +521,7 @@ impl Session {
         let count = self.others.len().max(1);
         let wanted = number.parse().ok().filter(|number| (1..=count).contains(number));
         let Some(wanted) = wanted else {
-            return Err(Wrong(format!("there is no controller {number}; there are 1 to {count}")));
+            return Err(no_controller(number, count));
         };
         if wanted == self.number {
             return Ok(Outcome::Said(String::new()));
@@ -523,7 +551,8 @@ impl Session {
         let mut completion = self.debugger.complete(line, cursor);
         let begun = line.get(..cursor).unwrap_or(line);
         if completion.from == 0 {
-            let own = OWN.iter().filter(|own| own.name.starts_with(begun) && own.name != begun);
+            let own = Own::all(!self.is_served())
+                .filter(|own| own.name.starts_with(begun) && own.name != begun);
             completion.candidates.extend(
                 own.map(|own| Candidate { text: own.name.to_owned(), about: own.about.to_owned() }),
             );
@@ -540,6 +569,14 @@ impl Session {
         }
         self.debugger.device().view(self.debugger.now())
     }
+}
+
+/// Another controller is wanted than those that there are.
+pub(crate) fn no_controller(number: &str, count: usize) -> Wrong {
+    Wrong(match count {
+        1 => format!("there is no controller {number}; there is only one"),
+        count => format!("there is no controller {number}; there are 1 to {count}"),
+    })
 }
 
 /// What can follow what is typed, to be shown behind it: the rest of the only word that it can

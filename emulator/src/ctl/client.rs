@@ -46,6 +46,11 @@ impl Trouble {
     pub(crate) fn text(&self) -> String {
         match self {
             Trouble::Other(why) => why.clone(),
+            Trouble::Refused(problem) if problem["status"] == 401 => format!(
+                "{}; put the one that `vimc4 serve` was given into {TOKEN}, or name its file with \
+                 --token",
+                part(problem, "detail")
+            ),
             Trouble::Refused(problem) => match (part(problem, "detail"), part(problem, "remedy")) {
                 ("", _) => part(problem, "title").to_owned(),
                 (detail, "") => detail.to_owned(),
@@ -191,19 +196,23 @@ impl Client {
     fn answer(&self, answer: Result<Response<ureq::Body>, ureq::Error>) -> Result<Value, Trouble> {
         let mut answer = answer.map_err(|error| match error {
             ureq::Error::Io(error) => self.lost(&error),
+            ureq::Error::Protocol(_) | ureq::Error::Http(_) => self.is_other(),
             error => self.lost(&error),
         })?;
         let body = answer.body_mut().read_to_string().map_err(|error| self.lost(&error))?;
-        let document: Value = serde_json::from_str(&body).map_err(|_| {
-            Trouble::Other(format!(
-                "{} answers with something else; give the address that `vimc4 serve --http` prints",
-                self.authority
-            ))
-        })?;
+        let document: Value = serde_json::from_str(&body).map_err(|_| self.is_other())?;
         match answer.status().is_success() {
             true => Ok(document),
             false => Err(Trouble::Refused(document)),
         }
+    }
+
+    /// Somebody else listens there: a controller itself, for one.
+    fn is_other(&self) -> Trouble {
+        Trouble::Other(format!(
+            "no API of vimc4 answers at {}; give the address that `vimc4 serve --http` prints",
+            text::shown_in_line(&self.authority)
+        ))
     }
 
     pub(crate) fn lost(&self, error: &dyn fmt::Display) -> Trouble {
