@@ -636,6 +636,20 @@ def test_position(vimc4):
     pass
 
 @swept
+def test_fetches_its_controller(request):
+    careless(request.getfixturevalue("vimc4"))
+
+@pytest.fixture(scope="module")
+def tries():
+    return []
+
+@swept
+def test_fails_now_and_then(vimc4, tries):
+    careless(vimc4)
+    tries.append(1)
+    assert len(tries) > 1
+
+@swept
 class TestAll:
     def test_nothing_to_sweep(self):
         pass
@@ -647,18 +661,93 @@ def test_what_a_sweep_means_for_a_test(pytester, monkeypatch):
     drivers = Path(__file__).resolve().parents[2] / "examples" / "python"
     monkeypatch.setenv("PYTHONPATH", str(drivers), prepend=os.pathsep)
     swept = pytester.runpytest_subprocess("-rA")
-    swept.assert_outcomes(xfailed=2, failed=6, passed=1)
+    swept.assert_outcomes(xfailed=2, failed=3, passed=1, errors=5)
     swept.stdout.fnmatch_lines_random(
         [
             "*test_known_finding: * points, * outcomes, * with something wrong",
             "*[[]XPASS(strict)[]]*",
             "*test_mended: * points, * outcomes, none with something wrong",
             "*test_that_closes: * points, * outcomes, [1-9]* with something wrong",
-            "it cannot be swept: the test has no controller; name the fixture `vimc4` or *",
+            "it cannot be swept: the test has no controller among its arguments; name the fixture `vimc4` or *",
+            "it cannot be swept: without a fault it fails one time, and another time it does not",
             "it cannot be swept: it does something else each time it runs: first it sent `@0A1,900*`, then it sent "
             "`@0A2,900*",
             "it cannot be swept: the marker vimc4_sweep has no option `foo`; it has harms, modes, limit",
             'it cannot be swept: the marker vimc4_sweep has named options only, as in vimc4_sweep(harms=*',
+        ]
+    )
+
+
+def test_what_cannot_be_swept_is_no_known_finding(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        pytestmark = [pytest.mark.xfail(reason="known"), pytest.mark.vimc4("imc-s8")]
+        swept = pytest.mark.vimc4_sweep(harms=["dropped"], modes=["transient"])
+
+        @pytest.fixture(scope="module")
+        def runs():
+            return []
+
+        def careless(vimc4, steps=800):
+            port = vimc4.serial(timeout=1)
+            for line in (b"@07", b"@0A%d,900,0,900,0,900,0,900" % steps):
+                port.write(line + b"\\r")
+                port.read(1)
+
+        @pytest.mark.vimc4_sweep(foo=1)
+        def test_misspelt(vimc4):
+            careless(vimc4)
+
+        @swept
+        def test_silent(vimc4):
+            pass
+
+        @swept
+        def test_with_a_memory(vimc4, runs):
+            runs.append(1)
+            careless(vimc4, len(runs))
+
+        @swept
+        def test_several(vimc4_start):
+            vimc4_start()
+            vimc4_start()
+
+        @pytest.mark.vimc4_sweep(limit=1e-6)
+        def test_in_no_time(vimc4):
+            careless(vimc4)
+
+        @pytest.mark.xfail(run=False)
+        @pytest.mark.vimc4_sweep(harms="drop")
+        def test_never_run(vimc4):
+            pass
+
+        @swept
+        def test_finding(vimc4):
+            careless(vimc4)
+
+        @swept
+        def test_broken(vimc4):
+            assert False
+        """
+    )
+    swept = pytester.runpytest_subprocess()
+    swept.assert_outcomes(errors=6, xfailed=2)
+    swept.stdout.fnmatch_lines(
+        [
+            "*ERROR at setup of test_misspelt*",
+            "it cannot be swept: the marker vimc4_sweep has no option `foo`; it has harms, modes, limit",
+            "*ERROR at setup of test_silent*",
+            "it cannot be swept: there is no point at which this could go wrong*",
+            "*ERROR at setup of test_with_a_memory*",
+            "it cannot be swept: it does something else each time it runs*",
+            "*ERROR at setup of test_several*",
+            "it cannot be swept: a test with several controllers cannot be swept; leave it out",
+            "*ERROR at setup of test_in_no_time*",
+            "it cannot be swept: it has not ended after 1e-06 s although nothing is broken; give a greater limit, or none",
+            "*ERROR at setup of test_never_run*",
+            "it cannot be swept: `drop` is none of the harms*",
         ]
     )
 
@@ -692,11 +781,11 @@ def test_a_test_that_cannot_be_swept_says_why(pytester):
         """
     )
     swept = pytester.runpytest_subprocess()
-    swept.assert_outcomes(failed=5)
+    swept.assert_outcomes(failed=2, errors=3)
     swept.stdout.fnmatch_lines(
         [
             "*it cannot be swept: there is no point at which this could go wrong*",
-            "*Error: a test with several controllers cannot be swept*",
+            "it cannot be swept: a test with several controllers cannot be swept; leave it out",
             "*it cannot be swept: `drop` is none of the harms; they are dropped,*",
             "*AssertionError*",
             "it hangs (*",

@@ -4,6 +4,8 @@ import json
 import os
 import subprocess
 import threading
+from datetime import timedelta
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
@@ -172,6 +174,64 @@ def test_a_token_is_sent_where_there_is_one(serve, tmp_path, monkeypatch):
     monkeypatch.setenv("VIMC4_URL", url)
     monkeypatch.setenv("VIMC4_TOKEN", "0123456789abcdef")
     assert virtual.connect().value("cover") == 0
-    for wrong in ["https://127.0.0.1", "127.0.0.1:8080", "http://", "http://127.0.0.1/v1", "http://[::1"]:
+    assert virtual.connect(url.removeprefix("http://").rstrip("/")).value("cover") == 0
+    wrong = ["https://127.0.0.1", "http://", "http://127.0.0.1/v1", "http://[::1", "", "127.0.0.1:http"]
+    for address in [*wrong, "http://me@127.0.0.1", "http://127.0.0.1?x", "127.0.0.1#x"]:
         with pytest.raises(virtual.PortError, match="is no address of the API"):
-            virtual.connect(wrong)
+            virtual.connect(address)
+    with pytest.raises(TypeError, match="5 is no address of the API; it is as in http://"):
+        virtual.connect(5)
+    monkeypatch.delenv("VIMC4_URL")
+    with pytest.raises(virtual.PortError, match="no address is given; give one, as in .*, or set VIMC4_URL"):
+        virtual.connect()
+
+
+def test_texts_of_the_api_are_told_as_they_are(url):
+    mill = virtual.connect(url)
+    image = mill.ask("GET", "/flash")
+    assert isinstance(image, str)
+    assert mill.ask("PUT", "/flash", {"image": image}) is not None
+    mill.ask("POST", "/recording")
+    mill.send(b"@01\r")
+    lines = mill.ask("GET", "/recording").splitlines()
+    assert len(lines) > 1 and all(isinstance(json.loads(line), dict) for line in lines)
+
+
+@pytest.mark.parametrize("sort", ["text/html", "application/json"])
+def test_another_server_is_no_controller(sort):
+    class Other(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("Content-Type", sort)
+            self.end_headers()
+            self.wfile.write(b"<html></html>")
+
+        def log_message(self, *_):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Other) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            with pytest.raises(virtual.PortError, match="it answers with something else"):
+                virtual.connect(f"http://127.0.0.1:{server.server_port}")
+        finally:
+            server.shutdown()
+
+
+def test_arguments_are_those_of_an_emulator(url):
+    mill = virtual.connect(url)
+    assert mill.advance(timedelta(milliseconds=250)) == 250_000_000
+    for span in (5, None, timedelta(-1)):
+        with pytest.raises(TypeError, match='a span of time is a text with a unit, as in "250ms", or a timedelta'):
+            mill.advance(span)
+    mill.send(bytearray(b"@01\r"))
+    with pytest.raises(TypeError, match=r"'@01' cannot be sent; give bytes, as in b'@07\\r'"):
+        mill.send("@01")
+    assert [entry["bytes"] for entry in mill.journal("command")] == ["@01"]
+    with pytest.raises(virtual.Refused, match="there is no kind of entry `bogus`"):
+        mill.journal("bogus")
+    assert repr(mill) == f"<vimc4.Remote 1: imc4 on mill, at {url}>"
+    fault, scenario = mill.fault("drop to-host once"), mill.scenario("when x > 10: press stop")
+    assert repr(fault) == f"<vimc4.RemoteFault {fault.number} of 1 at {url}>"
+    scenario.end()
+    assert repr(scenario) == f"<vimc4.RemoteScenario {scenario.number} of 1 at {url}, ended>"

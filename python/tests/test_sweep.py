@@ -1,6 +1,8 @@
 """Every fault that can strike a driver, one after the other."""
 
 import functools
+import os
+import subprocess
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -129,6 +131,13 @@ class Awaited:
         (careful, {"modes": ["often"]}, ValueError, "`often` is none of the modes"),
         (careful, {"shard": "1/3"}, ValueError, "'1/3' is no part; the first"),
         (careful, {"shard": (1.5, 3)}, ValueError, r"\(1.5, 3\) is no part; the first"),
+        (careful, {"shard": (True, 3)}, ValueError, r"\(True, 3\) is no part; the first"),
+        (
+            careful,
+            {"limit": 1e-9, "model": "imc-s8", "machine": "mill"},
+            virtual.Error,
+            "the driver has not ended after 1e-09 s although nothing is broken; give a greater limit, or none",
+        ),
         (careful, {"limit": 0}, ValueError, "0 is no limit; give a finite number of seconds above 0"),
         (careful, {"limit": -1}, ValueError, "-1 is no limit"),
         (careful, {"limit": float("inf")}, ValueError, "inf is no limit"),
@@ -148,8 +157,9 @@ def test_there_is_no_point_before_the_first():
     for point in (-1, swept.points):
         with pytest.raises(ValueError, match=f"there is no point {point}; there are"):
             swept.again(point)
-    with pytest.raises(TypeError, match="'str' object cannot be interpreted as an integer"):
-        swept.again("1")
+    for point in ("1", 1.0, True, None):
+        with pytest.raises(TypeError, match=f"^{point!r} is no point; give the number of one, from 0 on"):
+            swept.again(point)
     told = f"<vimc4.Sweep of sweeping.careless: {swept.points} points, {len(swept.outcomes)} outcomes, "
     assert repr(swept).startswith(told)
 
@@ -191,6 +201,130 @@ def test_what_is_known_of_another_sweep_is_refused(other, says):
     # Nor is what does not say of what it is.
     with pytest.raises(ValueError, match="line 1: it does not say which sweep"):
         virtual.sweep(**OF_MOVING, known=known.partition("\n")[2])
+
+
+def driving(emulator, looks):
+    """What it sends is the same, whether it looks at the answer of its move or not."""
+    (moving if looks else careless)(emulator)
+
+
+class Configured:
+    """A driver that is an object, with attributes."""
+
+    def __init__(self, looks):
+        self.looks = looks
+
+    def run(self, emulator):
+        driving(emulator, self.looks)
+
+    __call__ = run
+
+    @classmethod
+    def usual(cls, emulator):
+        driving(emulator, True)
+
+
+class Inheriting(Configured):
+    pass
+
+
+class Slotted:
+    __slots__ = ("looks",)
+
+    def __init__(self, looks):
+        self.looks = looks
+
+    def __call__(self, emulator):
+        driving(emulator, self.looks)
+
+
+def closing_over(looks):
+    return lambda emulator: driving(emulator, looks)
+
+
+def by_default(looks):
+    def drive(emulator, looks=looks):
+        driving(emulator, looks)
+
+    return drive
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (Configured, r"Configured\(looks=False\)` there and .*Configured\(looks=True\)` here"),
+        (lambda looks: Configured(looks).run, r"Configured.run of test_sweep.Configured\(looks=False\)` there"),
+        (lambda looks: (Configured, Inheriting)[looks].usual, "of test_sweep.Configured` there and .*Inheriting` here"),
+        (Slotted, r"Slotted\(looks=False\)` there"),
+        (closing_over, r"closing_over.<locals>.<lambda> in line \d+\(looks=False\)` there"),
+        (by_default, r"by_default.<locals>.drive\(looks=False\)` there"),
+        (lambda looks: functools.partial(Configured(looks).run), r"looks=False\)\(\)` there"),
+    ],
+    ids=["object", "bound", "class", "slots", "closure", "defaults", "partial"],
+)
+def test_drivers_of_one_name_are_told_apart_by_what_they_carry(make, says):
+    options = {"model": "imc-s8", "machine": "mill", "harms": ["dropped"], "modes": ["transient"], "shard": (1, 20)}
+    known = virtual.sweep(make(False), **options).lines()
+    assert virtual.sweep(make(False), **options, known=known).lines() == known
+    with pytest.raises(ValueError, match=says):
+        virtual.sweep(make(True), **options, known=known)
+
+
+def test_a_driver_has_one_name_in_every_process():
+    told = {
+        subprocess.run(
+            [sys.executable, "-c", NAMES], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(told) == 1
+    name, long, same = told.pop().decode().splitlines()
+    assert name == (
+        "__main__.Driver(ways={'x', 'y', 'z'}, at=datetime.timedelta(0, 1, 0), here=__main__.Driver.go of …, "
+        "more=[{1: [None]}, collections.OrderedDict({2: b'3'}), __main__.free, re._compile('x', 32), "
+        "__main__.Stated(state=['one', 'other'])])"
+    )
+    assert len(long) < 300 and long != same
+
+
+NAMES = """
+import collections, datetime, re
+from vimc4._named import named
+
+def free(): pass
+
+class Stated:
+    def __getstate__(self): return ("one", "other")
+
+class Driver:
+    def __init__(self):
+        self.ways = {"x", "y", "z"}
+        self.at = datetime.timedelta(seconds=1)
+        self.here = self.go
+        self.more = [{1: (None,)}, collections.OrderedDict({2: b"3"}), free, re.compile("x"), Stated()]
+
+    def go(self): pass
+    __call__ = go
+
+def of(value):
+    return lambda emulator: value
+
+print(named(Driver()).text)
+for last in "ab":
+    print(named(of("long" * 1000 + last)).text)
+"""
+
+
+def test_a_driver_of_which_nothing_can_be_said_knows_nothing():
+    lock = threading.Lock()
+
+    def locked(emulator):
+        with lock:
+            moving(emulator)
+
+    known = virtual.sweep(locked, "imc-s8", "mill", harms=["dropped"], shard=(1, 50)).lines()
+    with pytest.raises(ValueError, match="`known` may be from another driver: .* class _thread.lock that test_sweep"):
+        virtual.sweep(locked, "imc-s8", "mill", harms=["dropped"], known=known)
 
 
 def expecting(emulator):

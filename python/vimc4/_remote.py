@@ -7,6 +7,7 @@ import http.client
 import json
 import os
 import socket
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlencode, urlsplit
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
     from ._types import Step, View
 
+ELSE = "it answers with something else"
+
 PATIENCE = 10.0
 """So many seconds a server may take to let somebody in."""
 
@@ -26,11 +29,14 @@ def connect(url: str | None = None, token: str | None = None, controller: int = 
     """A controller of a ``vimc4 serve --http`` that runs, by its number from 1.
 
     Without an address it is that of the environment variable VIMC4_URL, and without a token that of
-    VIMC4_TOKEN, if there is one.
+    VIMC4_TOKEN, if there is one. The ``http://`` of an address may be left out.
     """
-    return Remote(
-        url or os.environ.get("VIMC4_URL", ""), token or os.environ.get("VIMC4_TOKEN"), controller
-    )
+    if url is None and not (url := os.environ.get("VIMC4_URL")):
+        raise PortError(
+            "no address is given; give one, as in connect('http://127.0.0.1:8080'), or set VIMC4_URL: "
+            "`vimc4 serve --http` prints where it listens"
+        )
+    return Remote(url, token or os.environ.get("VIMC4_TOKEN"), controller)
 
 
 class Remote:
@@ -42,13 +48,18 @@ class Remote:
     """
 
     def __init__(self, url: str, token: str | None = None, controller: int = 1) -> None:
+        wrong = f"{url!r} is no address of the API; it is as in http://127.0.0.1:8080"
+        if not isinstance(url, str):
+            raise TypeError(wrong)
+        url = url if "://" in url else f"http://{url}"
         try:
             parts = urlsplit(url)
             self._host, self._port = parts.hostname or "", parts.port or 80
         except ValueError:
-            parts = urlsplit("")
-        if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/"):
-            raise PortError(f"{url!r} is no address of the API; it is as in http://127.0.0.1:8080")
+            raise PortError(wrong) from None
+        has_more = "@" in parts.netloc or parts.path not in ("", "/") or parts.query or parts.fragment
+        if parts.scheme != "http" or not self._host or has_more:
+            raise PortError(wrong)
         self.url = url
         """Where the server is."""
         self.number = controller
@@ -56,7 +67,10 @@ class Remote:
         self._token = token
         self._begun: list[RemoteScope] = []
         self._debugs = False
-        self.about: dict[str, Any] = self.ask("GET", "")
+        about = self.ask("GET", "")
+        if not isinstance(about, dict):
+            raise self._lost(ELSE)
+        self.about: dict[str, Any] = about
         """What it is: its model, machine, axes and ports."""
 
     def controllers(self) -> list[dict[str, Any]]:
@@ -71,6 +85,10 @@ class Remote:
         if self._debugs:
             self._debugs = False
             self.ask("DELETE", "/debugger")
+
+    def __repr__(self) -> str:
+        model, machine = self.about["model"], self.about["machine"]
+        return f"<vimc4.Remote {self.number}: {model} on {machine}, at {self.url}>"
 
     def __enter__(self) -> Remote:
         return self
@@ -92,7 +110,8 @@ class Remote:
         query: dict[str, Any] | None = None,
         timeout: float | None = None,
     ) -> Any:
-        """Asks the API about this controller what there is no method for: ``ask("GET", "/machine")``."""
+        """Asks the API about this controller what there is no method for: ``ask("GET", "/machine")``. What it
+        answers as JSON is taken apart; a text, such as that of ``"/flash"`` and ``"/recording"``, is a `str`."""
         return self._ask(method, f"/controllers/{self.number}{path}", fields, query, timeout)
 
     def _ask(
@@ -113,8 +132,10 @@ class Remote:
             there.sock.settimeout(timeout)
             there.request(method, f"/v1{path}" + (f"?{urlencode(query)}" if query else ""), body, headers)
             answer = there.getresponse()
-            text = answer.read()
-            document = json.loads(text)
+            text = answer.read().decode()
+            sort = answer.headers.get_content_type()
+            is_json = sort == "application/json" or sort.endswith("+json")
+            document = json.loads(text) if is_json else text
         except TimeoutError as error:
             if there.sock is None or timeout is None:
                 raise self._lost(error) from None
@@ -122,12 +143,12 @@ class Remote:
         except (OSError, http.client.HTTPException) as error:
             raise self._lost(error) from None
         except ValueError:
-            raise self._lost("it answers with something else") from None
+            raise self._lost(ELSE) from None
         finally:
             # What is waited for there is given up with the connection.
             there.close()
         if answer.status >= 400:
-            raise Refused(document)
+            raise Refused(document) if isinstance(document, dict) else self._lost(ELSE)
         return document
 
     def _lost(self, why: object) -> PortError:
@@ -167,7 +188,9 @@ class Remote:
 
     def send(self, data: bytes) -> None:
         """Sends bytes to the controller, as its host does. What it answers is in `journal`."""
-        self.ask("POST", "/line", {"send": data.decode("latin-1")})
+        if not isinstance(data, (bytes, bytearray, memoryview)):
+            raise TypeError(f"{data!r} cannot be sent; give bytes, as in b'@07\\r'")
+        self.ask("POST", "/line", {"send": str(data, "latin-1")})
 
     def set_signal(self, name: str, value: int | str) -> Effect:
         """Sets a signal: a number, or the name of a switch's position."""
@@ -209,8 +232,14 @@ class Remote:
         """Lets time pass at another speed, where it passes by itself: ``real``, or a factor such as ``8x``."""
         self.ask("PUT", "/clock", {"clock": clock})
 
-    def advance(self, span: str, timeout: float | None = None) -> int:
-        """Moves time forward, as in ``"250ms"``, and returns the time."""
+    def advance(self, span: str | timedelta, timeout: float | None = None) -> int:
+        """Moves time forward, as in ``"250ms"`` or by a ``timedelta``, and returns the time."""
+        if isinstance(span, timedelta) and span >= timedelta():
+            span = f"{span // timedelta(microseconds=1)}us"
+        if not isinstance(span, str):
+            raise TypeError(
+                'a span of time is a text with a unit, as in "250ms", or a timedelta that is not negative'
+            )
         return _now(self.ask("POST", "/clock/advance", {"span": span}, timeout=timeout))
 
     def run_until(self, condition: str, timeout: float | None = None) -> int:
@@ -262,12 +291,15 @@ class Remote:
         query: dict[str, Any] = {"limit": 1000}
         query |= {"kinds": ",".join(kinds)} if kinds else {}
         query |= {"search": search} if search else {}
+        # What is wrong with the question is said here and not at the first entry.
+        return self._entries(query, self.ask("GET", "/journal", query=query | {"after": after}))
+
+    def _entries(self, query: dict[str, Any], page: dict[str, Any]) -> Iterator[dict[str, Any]]:
         while True:
-            page = self.ask("GET", "/journal", query=query | {"after": after})
             yield from page["entries"]
             if page["next"] >= page["last"]:
                 return
-            after = page["next"]
+            page = self.ask("GET", "/journal", query=query | {"after": page["next"]})
 
     def events(
         self, *kinds: str, after: int | None = None, timeout: float | None = None
@@ -362,6 +394,11 @@ class RemoteScope:
                 # Somebody else has ended it.
                 if problem.status != 404:
                     raise
+
+    def __repr__(self) -> str:
+        what = "Fault" if self._what == "faults" else "Scenario"
+        ended = "" if self in self._remote._begun else ", ended"
+        return f"<vimc4.Remote{what} {self.number} of {self._remote.number} at {self._remote.url}{ended}>"
 
     def __enter__(self) -> RemoteScope:
         return self

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 import inspect
 import json
 import math
 import operator
 import os
-import re
 import threading
 import time
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -19,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple
 from . import _vimc4
 from ._emulator import Emulator
 from ._errors import Error
+from ._named import named
 from ._scope import Marks
 
 if TYPE_CHECKING:
@@ -109,6 +108,8 @@ class _Task(NamedTuple):
     given: str
     choice: str
     limit: float
+    name: str
+    """What tells the driver from others, before it has run."""
 
 
 class _Ran(NamedTuple):
@@ -127,7 +128,7 @@ class Sweep:
     def __init__(self, task: _Task, session: _vimc4.SweepSession) -> None:
         self._task = task
         self._session = session
-        self._results = _vimc4.SweepResults(session, named(task.drive))
+        self._results = _vimc4.SweepResults(session, task.name)
 
     @property
     def points(self) -> int:
@@ -156,7 +157,7 @@ class Sweep:
 
     def again(self, point: int) -> None:
         """Tries a point once more, in this thread: for a debugger."""
-        point = operator.index(point)
+        point = whole(point, "point; give the number of one, from 0 on")
         if not 0 <= point < self.points:
             raise ValueError(f"there is no point {point}; there are {self.points}, from 0 on")
         with _Tried(self._task.model, self._task.machine, "manual", record=False, coverage=False) as emulator:
@@ -167,7 +168,7 @@ class Sweep:
         return "\n\n".join(map(str, self.outcomes))
 
     def __repr__(self) -> str:
-        return f"<vimc4.Sweep of {named(self._task.drive)}: {summary(self.points, self.outcomes)}>"
+        return f"<vimc4.Sweep of {self._task.name}: {summary(self.points, self.outcomes)}>"
 
 
 def sweep(
@@ -196,7 +197,9 @@ def sweep(
     :param modes: ``transient``, ``persistent`` and ``compound``, or some of them
     :param shard: (3, 16) does the third of sixteen equal parts
     :param known: lines of an earlier `Sweep`, of another shard or of one that was interrupted. Those of another
-        driver, model, machine, harms or modes are refused; what the driver does is not compared
+        driver, model, machine, harms or modes are refused. A driver is told from others by its name and by what
+        it carries: the arguments of a partial, the attributes of an object, the variables of a closure; what its
+        text says is not compared, and of a lambda its line counts
     :param limit: after so many seconds a driver counts as one that hangs; without it after twenty times as
         long as it takes without a fault, and at least two seconds. One that waits for something else than its
         port is left behind as a thread of the background
@@ -209,20 +212,27 @@ def sweep(
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise TypeError(f"{executor!r} is no executor; give one of concurrent.futures")
     try:
-        number, count = map(operator.index, shard)
+        number, count = (whole(one, "part") for one in shard)
     except (TypeError, ValueError):
         number, count = 0, 0
     if not 1 <= number <= count:
         shown = f"{number}/{count}" if count else repr(shard)
         raise ValueError(f"{shown} is no part; the first of sixteen is (1, 16)")
-    task = _Task(drive, model, machine, "[]", chosen(harms, modes), patience(limit))
+    name, unclear = named(drive)
+    if known and unclear is not None:
+        raise ValueError(
+            f"`known` may be from another driver: nothing can be said of {unclear} that {name} carries; give a function "
+            "of a module, or a functools.partial of one with plain values"
+        )
+    task = _Task(drive, model, machine, "[]", chosen(harms, modes), patience(limit), name)
     began = time.monotonic()
     clean = []
     for _ in range(2):
         ran = _run(task, None, 0)
         if ran.code != 0:
-            what = "does not end" if ran.error is None else f"raises {ran.error!r}"
-            raise Error(f"the driver {what} although nothing is broken; mend that first") from ran.error
+            if ran.code is None:
+                raise Error(f"the driver {unended(task.limit, limit)}")
+            raise Error(f"the driver raises {ran.error!r} although nothing is broken; mend that first") from ran.error
         clean.append(ran.given)
     if limit is None:
         task = task._replace(limit=longest((time.monotonic() - began) / 2))
@@ -269,19 +279,22 @@ def patience(limit: float | None) -> float:
     return min(float(limit), threading.TIMEOUT_MAX)
 
 
+def unended(patience: float, limit: float | None) -> str:
+    """A run without a fault has not ended in so many seconds."""
+    remedy = "mend that first" if limit is None else "give a greater limit, or none"
+    return f"has not ended after {patience:g} s although nothing is broken; {remedy}"
+
+
+def whole(number: Any, what: str) -> int:
+    """A whole number; True and False are none."""
+    if isinstance(number, bool) or not hasattr(number, "__index__"):
+        raise TypeError(f"{number!r} is no {what}")
+    return operator.index(number)
+
+
 def longest(clean: float) -> float:
     """How many seconds a driver may take that takes so many without a fault."""
     return max(2.0, 20 * clean)
-
-
-def named(drive: Drive) -> str:
-    """What is swept, for people, and for telling results of one driver from those of another."""
-    if isinstance(drive, functools.partial):
-        given = [*map(repr, drive.args), *(f"{name}={value!r}" for name, value in drive.keywords.items())]
-        # Where an object lies differs from run to run.
-        return re.sub(r" at 0x[0-9a-fA-F]+", "", f"{named(drive.func)}({', '.join(given)})")
-    of: Any = drive if hasattr(drive, "__qualname__") else type(drive)
-    return f"{of.__module__}.{of.__qualname__}"
 
 
 def summary(points: int, found: list[Broken]) -> str:

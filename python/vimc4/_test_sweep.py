@@ -13,7 +13,7 @@ from _pytest.runner import runtestprotocol
 
 from . import _vimc4
 from ._errors import Error
-from ._sweep import PATIENCE, GivenUp, Swept, _Tried, begun_twice, chosen, longest, outcomes, patience, summary
+from ._sweep import PATIENCE, GivenUp, Swept, _Tried, begun_twice, chosen, longest, outcomes, patience, summary, unended
 
 if TYPE_CHECKING:
     from ._emulator import Emulator
@@ -30,10 +30,13 @@ class Trial:
         session: _vimc4.SweepSession | None = None,
         point: int = 0,
         failure: Error | None = None,
+        refusal: Error | None = None,
     ) -> None:
         self._session, self._point = session, point
         self.failure = failure
         """What is raised at the end of the test, if nothing else is."""
+        self.refusal = refusal
+        """Why the test cannot be swept, which is raised in its place."""
         self._emulator: Emulator | None = None
         self._failed = self._hung = False
         self.given = "[]"
@@ -44,7 +47,8 @@ class Trial:
     def start(self, options: dict[str, Any], request: pytest.FixtureRequest) -> Emulator:
         """Starts its controller. How time passes is up to the sweep."""
         if self._emulator is not None:
-            raise Error("a test with several controllers cannot be swept; leave it out")
+            self.refusal = Error("a test with several controllers cannot be swept; leave it out")
+            raise self.refusal
         ours = ("model", "machine", "time", "record", "coverage", "recording", "record_failure")
         others = {name: value for name, value in options.items() if name not in ours}
         if self.recorded:
@@ -85,15 +89,16 @@ def swept(
     item: pytest.Function, nextitem: pytest.Item | None, mark: pytest.Mark | None
 ) -> list[pytest.TestReport]:
     """Sweeps a test. Its reports are those of a run without a fault, which fails in the end if something is wrong
-    with a fault."""
+    with a fault. A test that cannot be swept is an error, whatever it is expected to do."""
     began = time.perf_counter()
     told: str = ""
     failure: Error | None = None
+    refusal: Error | None = None
     try:
         told, failure = _sweep(item, **_options(mark))
     except (Error, TypeError, ValueError) as error:
-        failure = Error(f"it cannot be swept: {error}")
-    reports = _run(item, nextitem, Trial(failure=failure), PATIENCE)
+        refusal = Error(f"it cannot be swept: {error}")
+    reports = _run(item, nextitem, Trial(failure=failure, refusal=refusal), PATIENCE)
     for report in reports:
         if report.when == "call":
             report.duration = time.perf_counter() - began
@@ -122,18 +127,26 @@ def _options(mark: pytest.Mark | None) -> dict[str, Any]:
 
 def _sweep(
     item: pytest.Function, harms: Any = None, modes: Any = None, limit: float | None = None
-) -> tuple[str, Swept | None]:
+) -> tuple[str, Error | None]:
     """What has come of a sweep in a few words, and what is wrong."""
     choice = chosen(harms, modes)
     if not is_swept(item):
-        raise TypeError("the test has no controller; name the fixture `vimc4` or `vimc4_start` as an argument")
+        raise TypeError(
+            "the test has no controller among its arguments; name the fixture `vimc4` or `vimc4_start` there, because one "
+            "that request.getfixturevalue starts comes too late"
+        )
     began, clean = time.monotonic(), []
     for _ in range(2):
         trial = Trial()
         # The collector of a test keeps all that is not of this test alone.
         _run(item, item.parent, trial, patience(limit))
+        if trial.refusal is not None:
+            raise trial.refusal
+        if trial.code is None:
+            raise Error(f"it {unended(patience(limit), limit)}")
         if trial.code != 0:
-            return "", None
+            # Its own report says so, unless it does not fail again.
+            return "", Error("it cannot be swept: without a fault it fails one time, and another time it does not")
         clean.append(trial.given)
     limit = longest((time.monotonic() - began) / 2) if limit is None else patience(limit)
     session = begun_twice(*trial.site, clean, choice)

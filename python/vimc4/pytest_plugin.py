@@ -270,6 +270,14 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     return True
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A test that cannot be swept does not begin."""
+    trial = item.stash.get(TRIAL, None)
+    if trial is not None and trial.refusal is not None:
+        raise trial.refusal
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """What a test expects is checked at its end, and what goes wrong by its order ends with it: of its
@@ -314,9 +322,14 @@ def pytest_runtest_makereport(
     report = yield
     if (trial := item.stash.get(TRIAL, None)) is not None:
         trial.take(report, call)
-        if report.failed and call.excinfo is not None and call.excinfo.value is trial.failure:
+        raised = None if call.excinfo is None else call.excinfo.value
+        if raised is not None and raised is trial.refusal:
+            # To expect a finding is no finding.
+            report.outcome = "failed"
+            vars(report).pop("wasxfail", None)
+        if report.failed and raised is not None and (raised is trial.failure or raised is trial.refusal):
             # It was not raised by a line of the test.
-            report.longrepr = str(trial.failure)
+            report.longrepr = str(raised)
         return report
     if report.when == "setup":
         item.stash[_FAILED] = False
