@@ -15,7 +15,7 @@ use crate::{DebugError, Depth, Feed, Refused, Unit, Way};
 
 impl Debugger {
     /// Makes a number of steps. With [`Depth::Over`] and [`Depth::Out`] it stops at breakpoints on
-    /// the way.
+    /// the way. What the host asks is a line, and no step of another unit.
     pub fn step(
         &mut self,
         unit: Unit,
@@ -37,13 +37,18 @@ impl Debugger {
         let (mut notes, mut made) = (Vec::new(), 0);
         let mut problems = VecDeque::new();
         let heeds = depth != Depth::Into;
+        let asks_count = unit == Unit::Line;
         let from = self.place();
         let mut passed = BTreeMap::new();
         let mut open = loops(self.device()).len();
         self.find_problems(&mut problems);
         while made < count {
             if self.host_goes_on(way) == Turn::Asks {
-                return self.stopped_after(self.rests(), notes, problems);
+                made += u64::from(asks_count);
+                if asks_count && made == count {
+                    return self.stopped_after(self.rests(), notes, problems);
+                }
+                continue;
             }
             if heeds && way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
@@ -51,16 +56,17 @@ impl Debugger {
             let begin = self.place();
             let end = self.end_of_way();
             let feed = self.feed.as_ref();
-            let behind = feed.filter(|_| way == Way::Back);
+            let behind = feed.filter(|_| way == Way::Back && asks_count);
             let behind = behind.and_then(|feed| feed.asked_behind(&self.history));
-            let is_asked = feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
+            let is_asked =
+                asks_count && feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).step(unit, depth, open, source).telling();
             if heeds {
                 walk = walk.heeding(&mut self.breakpoints, source);
             }
-            let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
+            let asked = self.feed.as_ref().filter(|_| way == Way::Forward && asks_count);
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let limit = asked.map_or(end, |place| place.moment.at.min(end));
             let found = match (way, is_asked) {
@@ -85,7 +91,11 @@ impl Debugger {
             }
             if let Some((place, piece)) = behind {
                 let why = self.asks_again(Some(place), Some(piece));
-                return self.stopped_after(why, notes, problems);
+                made += 1;
+                if made == count {
+                    return self.stopped_after(why, notes, problems);
+                }
+                continue;
             }
             self.host_moves(found);
             if way == Way::Back && !met.is_empty() && found == Found::Here {
@@ -100,8 +110,16 @@ impl Debugger {
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
             problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
+            let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
-                Found::Here if is_beyond => self.asks_again(asked, None),
+                Found::Here | Found::Nowhere if is_beyond || is_missed => {
+                    let why = self.asks_again(asked, None);
+                    made += 1;
+                    if made < count {
+                        continue;
+                    }
+                    why
+                }
                 Found::Here if met.is_empty() => {
                     made += 1;
                     open = loops(self.device()).len();
@@ -109,11 +127,17 @@ impl Debugger {
                 }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
-                Found::Nowhere if asked.is_some() => self.asks_again(asked, None),
                 Found::Nowhere if way == Way::Back => Reason::Beginning,
                 Found::Nowhere => match self.goes_on(end, progress) {
                     Ok(true) => continue,
                     Ok(false) => self.nothing_more(end),
+                    Err(why @ Reason::Waits(_)) => {
+                        made += u64::from(asks_count);
+                        if !asks_count || made < count {
+                            continue;
+                        }
+                        why
+                    }
                     Err(why) => why,
                 },
             };

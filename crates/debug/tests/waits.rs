@@ -88,6 +88,51 @@ fn steps_back_undo_steps_over_waits() {
 }
 
 #[test]
+fn many_steps_are_as_many_single_ones_and_back_leads_where_they_began() {
+    let step = |debugger: &mut Debugger, unit, way, count| {
+        let stop = debugger.step(unit, way, Depth::Into, count, &mut uninterrupted);
+        (stop.why, here(debugger), debugger.digest())
+    };
+    let mut singly = asking();
+    let there: Vec<_> = (0..7).map(|_| step(&mut singly, Unit::Line, Way::Forward, 1)).collect();
+    // Both where the host has asked before and where it asks for the first time.
+    for debugger in [&mut asking(), &mut singly] {
+        run(debugger, &["goto start"]);
+        let mut at = 0;
+        for count in [2, 3, 2] {
+            at += count;
+            let (_, line, state) = step(debugger, Unit::Line, Way::Forward, count as u64);
+            assert_eq!((&line, &state), (&there[at - 1].1, &there[at - 1].2));
+        }
+        for count in [2, 3, 1] {
+            at -= count;
+            let (_, line, state) = step(debugger, Unit::Line, Way::Back, count as u64);
+            assert_eq!((&line, &state), (&there[at - 1].1, &there[at - 1].2));
+        }
+    }
+}
+
+#[test]
+fn a_wait_is_a_line_and_no_step_of_another_unit() {
+    for unit in [Unit::Command, Unit::Byte, Unit::Event, Unit::Segment, Unit::Step, Unit::Cause] {
+        let mut debugger = asking();
+        // As if there were no waits: the states of a host that asks nobody.
+        let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+        let feed = Feed::new(vec![send("@07"), send("@0A500,900,0,900,0,900,0,900")]);
+        let mut plain = drive::debugger("imc4", "bench").with_feed(feed);
+        for (way, count) in
+            [(Way::Forward, 2), (Way::Forward, 1), (Way::Back, 2), (Way::Forward, 2)]
+        {
+            let [asked, never] = [&mut debugger, &mut plain].map(|own| {
+                let stop = own.step(unit, way, Depth::Into, count, &mut uninterrupted);
+                (stop.why, own.now(), own.digest())
+            });
+            assert_eq!(asked, never, "{unit:?} {way:?} {count}");
+        }
+    }
+}
+
+#[test]
 fn who_comes_to_a_wait_otherwise_finds_it_and_a_search_that_fails_leaves_it() {
     let mut debugger = asking();
     for _ in 0..2 {
