@@ -701,13 +701,22 @@ const WITHOUT_LINE: &str = "what is debugged is the controller without its line:
                             as `fault jam x`, and `fault end all`, work here; faults of the line and rules \
                             are for `serve`, `run`, the library and sessions";
 
+/// What faults there are here.
+const OF_THE_MACHINE: &str = "the machine fails from now on, as in `fault jam x`, `fault backlash x 12`, \
+                              `fault load x 50`, `fault push x -40` or `fault power-off`";
+
 /// Why a fault is refused that does not begin at once.
 const AT_ONCE: &str = "here a fault begins at once and lasts until `fault end all`: lead time to where it is \
                        to begin, as with `run until x 1000`, and give it without `after`, `while` and `for`";
 
 /// The forms that a verb of the panel is typed in, with what each does.
 fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
-    verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
+    verb.forms().iter().map(move |form| {
+        let typed = verb.typed(form);
+        // Faults of the line are refused here.
+        let about = if typed == "fault FAULT" { OF_THE_MACHINE } else { form.about };
+        (typed, about.to_owned())
+    })
 }
 
 /// Whether a verb has no use where nothing runs by itself, or consists of several steps.

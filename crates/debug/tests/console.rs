@@ -273,6 +273,19 @@ fn a_walk_back_ends_with_what_has_come_out() {
 }
 
 #[test]
+fn the_faults_that_the_help_names_are_those_that_work_here() {
+    for line in ["help", "help fault"] {
+        let help = said(&mut moved(), line);
+        let named: Vec<&str> =
+            help.split('`').skip(1).step_by(2).filter(|told| told.starts_with("fault ")).collect();
+        assert!(named.contains(&"fault jam x"), "{help}");
+        for fault in named {
+            run(&mut moved(), &[fault]);
+        }
+    }
+}
+
+#[test]
 fn what_is_wrong_is_said_and_nothing_happens() {
     let mut debugger = moved();
     let begin = debugger.place();
