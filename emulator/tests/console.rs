@@ -868,8 +868,34 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     console.signal(rustix::process::Signal::TERM);
     assert_eq!(console.ended().code(), Some(143));
     process::until("it is let go", || !clock("1").contains("paused"));
-    // The line says no number in a request, whose address has it.
+    // Whoever is killed lets go, too.
+    let mut console = begin(&["--controller", "1"]);
+    console.give("where\n");
+    assert_eq!(console.line(), "> where");
+    assert!(console.line().contains("idle"));
+    assert!(clock("1").contains("paused"));
+    console.signal(rustix::process::Signal::KILL);
+    process::until("it is let go", || !clock("1").contains("paused"));
+    // Nobody else has it meanwhile; requests share it, and may close it.
+    let mut console = begin(&["--controller", "1"]);
+    console.give("where\n");
+    assert_eq!(console.line(), "> where");
+    assert!(console.line().contains("idle"));
+    let (code, _, said) = run(folder, &["console", "--connect", url, "--controller", "1"]);
+    let who = format!("process {} (vimc4 console) has the debugger", console.child.id());
+    assert!(code == 1 && said.contains(&who), "{code} {said}");
     let path = "/v1/controllers/1/debugger";
+    assert!(request(url, "POST", path, r#"{"line":"where"}"#).contains("idle"));
+    assert!(clock("1").contains("paused"));
+    assert!(request(url, "DELETE", path, "").contains("200 OK"));
+    assert!(!clock("1").contains("paused"));
+    process::until("it is heard", || {
+        let _ = console.input.as_mut().unwrap().write_all(b"where\n");
+        console.child.try_wait().unwrap().is_some()
+    });
+    let (code, said) = console.end();
+    assert!(code == Some(1) && said.contains("somebody else has closed"), "{code:?} {said}");
+    // The line says no number in a request, whose address has it.
     let said = request(url, "POST", path, r#"{"line":"controller 2"}"#);
     assert!(said.contains("the address says which controller it is"), "{said}");
     assert!(request(url, "DELETE", path, "").contains("200 OK"));

@@ -13,7 +13,7 @@ use vimc4::{
 use crate::call::{Answer, Call, Outcome, no_such};
 use crate::debugger::{Goal, Question};
 use crate::entry;
-use crate::limits::{BREAKPOINTS, PAGE, RECORDING, SNAPSHOTS};
+use crate::limits::{BREAKPOINTS, LONGEST_NAME, PAGE, RECORDING, SNAPSHOTS};
 use crate::problem::{Kind, Problem};
 use crate::reading::Reading;
 use crate::served::{Debug, Kept, Served};
@@ -415,6 +415,25 @@ async fn ask_debugger(call: &Call, question: Question) -> Outcome {
     let Served { desk, control, memory, .. } = call.controller()?;
     let open = call.app.debugger.as_ref().map(|Debug(open)| open);
     Ok(Answer::Json(desk.ask(open, control, memory, question).await?))
+}
+
+/// Whoever waits for the end of the answer has the debugger, which others may share, and leaves it by
+/// leaving.
+pub(crate) async fn hold_debugger(call: Call) -> Outcome {
+    let Served { desk, control, memory, .. } = call.controller()?;
+    let open = call.app.debugger.as_ref().map(|Debug(open)| open);
+    let by = match call.text("by") {
+        "" => "another client".to_owned(),
+        by => by.chars().take(LONGEST_NAME).collect(),
+    };
+    let (holding, mut held) = desk.hold(open, control, memory, by).await?;
+    tokio::spawn(async move {
+        held.ended().await;
+        if let Ok(Served { desk, .. }) = call.controller() {
+            desk.leave(&held).await;
+        }
+    });
+    Ok(Answer::Holding(holding))
 }
 
 pub(crate) async fn cancel_debugger(call: Call) -> Outcome {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::holding::Holding;
 use crate::problem::{Kind, Problem};
 use crate::reading::Reading;
 use crate::served::{App, Served};
@@ -78,6 +79,8 @@ pub(crate) enum Answer {
     Text(String),
     /// So many bytes of a recording, and what reads them.
     Recording(Reading),
+    /// Nothing, until something ends.
+    Holding(Holding),
 }
 
 pub(crate) type Outcome = Result<Answer, Problem>;

@@ -1,5 +1,6 @@
 //! The debugger of a controller: a thread that carries out what is asked, one thing at a time.
 
+use std::convert::Infallible;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
@@ -12,6 +13,7 @@ use tokio::time::timeout;
 use vimc4::{Control, Names, Sink, Time};
 
 use crate::feed::{Bell, Feed};
+use crate::holding::{Ends, Holding};
 use crate::limits::{HISTORY, PATIENCE};
 use crate::past::Memory;
 use crate::problem::{Kind, Problem};
@@ -148,6 +150,22 @@ struct Opened {
     /// One asks at a time.
     turn: Arc<Semaphore>,
     ended: oneshot::Receiver<()>,
+    /// Who it is for, and what ends with it.
+    holder: Option<(String, oneshot::Sender<Infallible>)>,
+}
+
+/// A debugger that a client holds.
+pub(crate) struct Held {
+    /// That of the debugger, by which it is known.
+    turn: Arc<Semaphore>,
+    reads: oneshot::Receiver<Infallible>,
+}
+
+impl Held {
+    /// Resolves when the client has left, or the debugger has been closed.
+    pub(crate) async fn ended(&mut self) {
+        let _ = (&mut self.reads).await;
+    }
 }
 
 impl fmt::Debug for Opened {
@@ -159,6 +177,15 @@ impl fmt::Debug for Opened {
 impl Opened {
     fn is_over(&mut self) -> bool {
         !matches!(self.ended.try_recv(), Err(oneshot::error::TryRecvError::Empty))
+    }
+
+    /// Returns when the controller goes on.
+    async fn close(self) {
+        let Opened { asks, cancel, ended, holder, .. } = self;
+        drop(asks);
+        cancel();
+        let _ = ended.await;
+        drop(holder);
     }
 }
 
@@ -187,23 +214,10 @@ impl Desk {
         memory: &Memory,
         question: Question,
     ) -> Result<String, Problem> {
-        let refused = |detail: String| {
-            let (detail, remedy) = detail.split_once("; ").unwrap_or((&detail, ""));
-            Problem::new(Kind::NotNow, detail, remedy)
-        };
         let (answer, reply) = oneshot::channel();
         let (asks, turn, cancel) = {
             let mut desk = self.0.lock().await;
-            if desk.as_mut().is_none_or(Opened::is_over) {
-                let Some(open) = open else {
-                    let remedy = "leave out --dap, --line-pacing, --line-physics and --time manual";
-                    let detail = "this program was started without a debugger for requests";
-                    return Err(Problem::new(Kind::NotNow, detail, remedy));
-                };
-                let opened = start(Arc::clone(open), control.clone(), memory.clone()).await;
-                *desk = Some(opened.map_err(refused)?);
-            }
-            let Some(opened) = desk.as_ref() else { return Err(gone()) };
+            let opened = opened(&mut desk, open, control, memory).await?;
             (opened.asks.clone(), Arc::clone(&opened.turn), Arc::clone(&opened.cancel))
         };
         // What only looks is done soon, and waits for others that look.
@@ -227,6 +241,34 @@ impl Desk {
         })
     }
 
+    /// Opens the debugger for a client, if it is not open. Only one holds it.
+    pub(crate) async fn hold(
+        &self,
+        open: Option<&Open>,
+        control: &Control,
+        memory: &Memory,
+        by: String,
+    ) -> Result<(Holding, Held), Problem> {
+        let mut desk = self.0.lock().await;
+        let opened = opened(&mut desk, open, control, memory).await?;
+        if let Some((who, _)) = &opened.holder {
+            let remedy = "end that, or DELETE the debugger, which lets the controller go on";
+            return Err(Problem::new(Kind::NotNow, format!("{who} has the debugger"), remedy));
+        }
+        let (holding, Ends { held, reads }) = Holding::new();
+        opened.holder = Some((by, held));
+        Ok((holding, Held { turn: Arc::clone(&opened.turn), reads }))
+    }
+
+    /// Closes the debugger that was held, if it is still open.
+    pub(crate) async fn leave(&self, held: &Held) {
+        let is_there = |opened: &Opened| Arc::ptr_eq(&opened.turn, &held.turn);
+        let opened = self.0.lock().await.take_if(|opened| is_there(opened));
+        if let Some(opened) = opened {
+            opened.close().await;
+        }
+    }
+
     /// Ends what the debugger is doing, which is then answered. Returns whether it is open.
     pub(crate) async fn cancel(&self) -> bool {
         match &*self.0.lock().await {
@@ -238,14 +280,32 @@ impl Desk {
 
     /// Closes the debugger, and returns when the controller goes on. Returns whether it was open.
     pub(crate) async fn close(&self) -> bool {
-        let Some(Opened { asks, cancel, ended, .. }) = self.0.lock().await.take() else {
-            return false;
-        };
-        drop(asks);
-        cancel();
-        let _ = ended.await;
+        let Some(opened) = self.0.lock().await.take() else { return false };
+        opened.close().await;
         true
     }
+}
+
+/// The debugger, which is opened first if it is not open.
+async fn opened<'a>(
+    desk: &'a mut Option<Opened>,
+    open: Option<&Open>,
+    control: &Control,
+    memory: &Memory,
+) -> Result<&'a mut Opened, Problem> {
+    if desk.as_mut().is_none_or(Opened::is_over) {
+        let Some(open) = open else {
+            let remedy = "leave out --dap, --line-pacing, --line-physics and --time manual";
+            let detail = "this program was started without a debugger for requests";
+            return Err(Problem::new(Kind::NotNow, detail, remedy));
+        };
+        let opened = start(Arc::clone(open), control.clone(), memory.clone()).await;
+        *desk = Some(opened.map_err(|detail| {
+            let (detail, remedy) = detail.split_once("; ").unwrap_or((&detail, ""));
+            Problem::new(Kind::NotNow, detail, remedy)
+        })?);
+    }
+    desk.as_mut().ok_or_else(gone)
 }
 
 fn gone() -> Problem {
@@ -282,5 +342,5 @@ async fn start(open: Open, control: Control, memory: Memory) -> Result<Opened, S
     let thread = thread::Builder::new().name("debugger".to_owned()).spawn(serve);
     thread.map_err(|error| format!("cannot start a thread: {error}"))?;
     let cancel = opening.await.map_err(|_| "the debugger could not be opened".to_owned())??;
-    Ok(Opened { asks, cancel, turn: Arc::new(Semaphore::new(1)), ended })
+    Ok(Opened { asks, cancel, turn: Arc::new(Semaphore::new(1)), ended, holder: None })
 }

@@ -69,6 +69,7 @@ fn operation(route: &Route) -> Value {
     let kind = match route.answer {
         "Profile" | "Image" => "text/plain",
         "Recording" => "application/x-ndjson",
+        "Held" => "text/plain",
         _ => "application/json",
     };
     let answer = json!({ "$ref": format!("#/components/schemas/{}", route.answer) });

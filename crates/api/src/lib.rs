@@ -41,6 +41,7 @@ mod feed;
 mod files;
 mod film;
 mod guard;
+mod holding;
 mod limits;
 mod past;
 mod problem;

@@ -33,6 +33,9 @@ pub(crate) const HISTORY: usize = 10_000;
 /// So many entries are sent at once.
 pub(crate) const PAGE: usize = 1_000;
 
+/// So many characters say who has a debugger.
+pub(crate) const LONGEST_NAME: usize = 100;
+
 /// So many snapshots are kept for each controller.
 pub(crate) const SNAPSHOTS: usize = 100;
 

@@ -255,6 +255,7 @@ async fn answer(app: Arc<App>, route: &'static Route, request: Request) -> Respo
         Ok(Answer::Json(text)) => fixed("application/json", text),
         Ok(Answer::Text(text)) => fixed("text/plain; charset=utf-8", text),
         Ok(Answer::Recording(reading)) => fixed("application/x-ndjson", Body::new(reading)),
+        Ok(Answer::Holding(holding)) => fixed("text/plain; charset=utf-8", Body::new(holding)),
         Err(problem) => problem.into_response(),
     }
 }

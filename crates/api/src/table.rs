@@ -27,6 +27,8 @@ const VALUE: &[Field] =
     &[Field::needed("value", Of::Value, "a number, or the name of a switch's position", "1")];
 const LINE: &[Field] = &[Field::needed("line", Of::Text, "the line so far", "press ")];
 const DEBUG: &[Field] = &[Field::needed("line", Of::Text, "as in `vimc4 console`", "back command")];
+const HOLD: &[Field] =
+    &[Field::optional("by", Of::Text, "who is told to others", "process 4004 (vimc4 console)")];
 const SEND: &[Field] = &[Field::needed("send", Of::Text, "bytes, a character for each", "@07\r")];
 const CLOCK: &[Field] = &[Field::needed("clock", Of::Text, "real, or a factor such as 8x", "8x")];
 const SPAN: &[Field] = &[Field::needed("span", Of::Text, "how far, with a unit", "250ms")];
@@ -135,6 +137,8 @@ routes! {
         "Remove a breakpoint";
     POST "/v1/controllers/{n}/debugger" NONE DEBUG "Said" debug
         "Step forward and back, ask why and what if, in the words of the console; pauses time";
+    POST "/v1/controllers/{n}/debugger/hold" NONE HOLD "Held" hold_debugger
+        "Open the debugger for one client: it is closed when the connection of this request ends";
     GET "/v1/controllers/{n}/debugger/view" NONE NONE "View" debugger_view
         "Everything that is visible at the moment that the debugger looks at, or now if it is not open";
     POST "/v1/controllers/{n}/debugger/cancel" NONE NONE "Done" cancel_debugger

@@ -1,11 +1,14 @@
 //! The console of a controller that is served elsewhere: lines go there, and come back answered.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -67,24 +70,53 @@ impl Arguments {
     }
 }
 
-/// The debuggers of a server that are open, by the numbers of the controllers.
+/// The debuggers of a server that are held, by the numbers of the controllers. The server lets the
+/// controllers go on when this program ends, however it ends.
 #[derive(Clone)]
 struct Opened {
     client: Client,
-    numbers: Arc<Mutex<BTreeSet<usize>>>,
+    numbers: Arc<Mutex<BTreeMap<usize, Arc<AtomicBool>>>>,
 }
 
 impl Opened {
-    fn add(&self, number: usize) {
-        self.numbers.lock().unwrap_or_else(PoisonError::into_inner).insert(number);
+    /// Holds one, if it is not held.
+    fn hold(&self, number: usize) -> Result<(), Trouble> {
+        let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+        if numbers.contains_key(&number) {
+            return Ok(());
+        }
+        let by = format!("process {} (vimc4 console)", process::id());
+        let path = format!("/controllers/{number}/debugger/hold");
+        let mut answer = self.client.hold(&path, &json!({ "by": by }))?;
+        let is_closed = Arc::new(AtomicBool::new(false));
+        numbers.insert(number, Arc::clone(&is_closed));
+        let wait = move || {
+            let _ = io::copy(&mut answer, &mut io::sink());
+            is_closed.store(true, Ordering::Release);
+        };
+        let thread = thread::Builder::new().name("hold".to_owned()).spawn(wait);
+        thread.map_err(|error| Trouble::Other(format!("cannot start a thread: {error}")))?;
+        Ok(())
+    }
+
+    /// Forgets one that somebody else has closed. Returns whether it was so.
+    fn was_closed(&self, number: usize) -> bool {
+        let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_closed = numbers.get(&number).is_some_and(|closed| closed.load(Ordering::Acquire));
+        if is_closed {
+            numbers.remove(&number);
+        }
+        is_closed
     }
 
     /// The controllers go on.
     fn close(&self) {
         let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
-        for number in std::mem::take(&mut *numbers) {
-            // A server that has ended has nothing to close.
-            let _ = self.client.delete(&format!("/controllers/{number}/debugger"));
+        for (number, is_closed) in std::mem::take(&mut *numbers) {
+            if !is_closed.load(Ordering::Acquire) {
+                // A server that has ended has nothing to close.
+                let _ = self.client.delete(&format!("/controllers/{number}/debugger"));
+            }
         }
     }
 }
@@ -158,9 +190,7 @@ impl Afar {
 
     /// Opens the debugger, and returns what is seen.
     fn look(&mut self) -> Result<Value, Trouble> {
-        // A line of nothing does that and no more.
-        self.client.post(&self.path("/debugger"), json!({ "line": "" }))?;
-        self.opened.add(self.number);
+        self.opened.hold(self.number)?;
         let (client, path) = (self.client.clone(), self.path("/debugger/cancel"));
         // Whoever waits for an answer gets one.
         self.cancel.also(Some(Box::new(move || drop(client.post(&path, Value::Null)))));
@@ -216,6 +246,13 @@ impl Console for Afar {
             }
             _ => {}
         }
+        if self.opened.was_closed(self.number) {
+            return Err(Wrong::new(
+                "somebody else has closed the debugger, and the controller has gone on; the next \
+                 line pauses it again",
+            ));
+        }
+        self.opened.hold(self.number).map_err(|trouble| Wrong(trouble.text()))?;
         let answer = self.client.post(&self.path("/debugger"), json!({ "line": line }));
         let answer = answer.map_err(|trouble| match trouble {
             // A console here says no remedy there, either.

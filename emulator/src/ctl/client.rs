@@ -3,6 +3,7 @@
 use std::env;
 use std::fmt;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
@@ -171,6 +172,19 @@ impl Client {
     /// Without fields there is no body.
     pub(crate) fn post(&self, path: &str, fields: Value) -> Result<Value, Trouble> {
         self.send(self.agent.post(self.url(path)), fields)
+    }
+
+    /// Posts what is answered for as long as the answer is read.
+    pub(crate) fn hold(
+        &self,
+        path: &str,
+        fields: &Value,
+    ) -> Result<impl Read + Send + use<>, Trouble> {
+        let request = self.proven(self.agent.post(self.url(path)));
+        match request.content_type("application/json").send(fields.to_string()) {
+            Ok(answer) if answer.status().is_success() => Ok(answer.into_body().into_reader()),
+            answer => Err(self.answer(answer).err().unwrap_or_else(|| self.is_other())),
+        }
     }
 
     pub(crate) fn put(&self, path: &str, fields: Value) -> Result<Value, Trouble> {
