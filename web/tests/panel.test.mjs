@@ -288,9 +288,9 @@ with_(["--web", "--time", "8x"], "the stored program is listed, with a marker wh
   await page.keyboard.press("Enter");
   await until("the breakpoint is gone", async () => (await point.getAttribute("aria-pressed")) === "false");
   // From line to line, forward and back, where the controller stays.
-  const { paused: { at } } = await server.ask("GET", "/controllers/1/clock");
+  const { now: at } = await server.ask("GET", "/controllers/1/clock");
   await page.getByRole("button", { name: "A line on" }).click();
-  await until("a line on", async () => (await server.ask("GET", "/controllers/1/clock")).paused?.at > at);
+  await until("a line on", async () => (await server.ask("GET", "/controllers/1/clock")).now > at);
   const { axes: [before] } = await server.ask("GET", "/controllers/1/view");
   await page.getByRole("button", { name: "A line back" }).click();
   await until("a line back", async () => (await lookedAt(page)) === at && (await marked()) === 1 && isPast(page));
