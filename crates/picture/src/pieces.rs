@@ -34,6 +34,13 @@ const SHORT: u64 = 3;
 /// How far a step may be beside an arc that stands for it, in steps.
 const BESIDE: f64 = 1.6;
 
+/// Half a turn, and what a calculator rounds.
+const HALF_TURN: f64 = std::f64::consts::PI * 1.000_1;
+
+/// At so many places of an arc that is looked at the most: on a steep helix the third axis makes several
+/// steps while the others make none.
+const LOOKS: u64 = 48;
+
 /// The parts of a motion, whose places count from `origin`.
 pub(crate) fn parts(leg: &Leg, frame: &Frame, origin: &Point) -> Vec<Part> {
     let scales = frame.scales();
@@ -128,14 +135,20 @@ impl Whole<'_> {
         let seen = (seen.0 - centre.0, seen.1 - centre.1);
         let cross = arm.0 * seen.1 - arm.1 * seen.0;
         let third = 3 - one - other;
-        for eighth in 1..8 {
-            let step = first + ((last - first) / 8) * eighth + ((last - first) % 8) * eighth / 8;
+        let whole = turned_to(arm, to_flat, centre, cross > 0.0);
+        // The centre was moved, which a small circle notices.
+        if whole > HALF_TURN {
+            return None;
+        }
+        let looks = (last - first).min(LOOKS);
+        for look in 1..looks {
+            let step =
+                first + (u128::from(last - first) * u128::from(look) / u128::from(looks)) as u64;
             let place = self.place(step);
             let at = flat(&place);
             let away = distance(&[centre.0, centre.1], &[at.0, at.1]);
             // The third axis follows the angle, and here it follows the steps.
             let turned = turned(arm, (at.0 - centre.0, at.1 - centre.1), cross > 0.0);
-            let whole = turned_to(arm, to_flat, centre, cross > 0.0);
             let rise = from[third] + (to[third] - from[third]) * turned / whole.max(1e-12);
             let step = self.scales[third].max(scale);
             if (away - radius).abs() > BESIDE * scale || (rise - place[third]).abs() > BESIDE * step

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use vimc4_device::{Event, Motion};
 use vimc4_motion::{
-    AXES, Arc, CircleFit, Helix, Path, Point, Profile, Segment, StraightLine, Time, Turn,
+    AXES, Arc, ArcState, CircleFit, Helix, Path, Point, Profile, Segment, StraightLine, Time, Turn,
 };
 use vimc4_picture::{Axis, Frame, Plot, Purpose, dxf, gcode};
 
@@ -246,6 +246,20 @@ proptest! {
             for axis in 0..3 {
                 prop_assert!((end[axis] - last[axis] as f64 / PER_MM).abs() < 1e-5);
             }
+        }
+    }
+}
+
+/// The third axis makes seven steps for each of the others, and a circle of three steps.
+#[test]
+fn a_steep_helix_and_a_small_circle_stay_what_they_are() {
+    let turn = ArcState { x: -175, y: 123, d: -26, rx: 1, ry: 1 };
+    let helix = Path::Helix(Helix::new(Arc::new(0, 1, 93, turn), 2, 649));
+    let small = Path::Arc(Arc::new(0, 1, 27, ArcState { x: 2, y: -2, d: 0, rx: -1, ry: -1 }));
+    for path in [helix, small] {
+        let way = read_gcode(&gcode(&plot(std::slice::from_ref(&path)), &frame()));
+        for place in path.steps() {
+            assert!(way.beside(&place) * PER_MM < 3.0, "{place:?}");
         }
     }
 }
