@@ -178,34 +178,74 @@ export class Problem extends Error {
   }
 }
 
-/** A client of the API of the server that the page came from. */
+/** What was answered, with the status that HTTP has for it. */
+export interface Answer {
+  status: number;
+  body: unknown;
+}
+
+/** Where the controllers are that the page shows. */
+export interface Source {
+  /** Who asks, if it wants to know. */
+  token: string | null;
+  /** Answers as the control API does. It throws if nobody is there. */
+  ask(method: string, path: string, body?: unknown): Promise<Answer>;
+  /** Tells what happens, as it happens, and for ever. */
+  follow(listener: Listener): void;
+}
+
+/** Who is told of what happens. */
+export interface Listener {
+  /** The source is there, or is gone. */
+  connected(is: boolean): void;
+  entries(controller: number, entries: Entry[]): void;
+  /** These numbers are no longer to be had. */
+  gap(controller: number, from: number, to: number): void;
+  position(position: Position): void;
+  refused(detail: string): void;
+  /** The numbers up to which everything is known. Asked before each connection. */
+  wish(): Promise<{ after: Record<number, number> }>;
+}
+
+/** Positions a second: as smooth as an eye needs with what is drawn between them. */
+const POSITIONS = 20;
+/** Everything but what only coverage wants. */
+const KINDS = [
+  "command", "ignored", "line", "answer", "cut-short", "motion", "switch", "signal", "port", "flash",
+  "baud", "fault", "rule", "warning", "news", "missed",
+];
+
+/** What a source is asked to tell. */
+export const WANTED = { kinds: KINDS, positions: POSITIONS };
+
+/** A message of a source, told to whoever listens. */
+export function tell(message: { type: string } & Record<string, unknown>, listener: Listener): void {
+  const controller = Number(message.controller);
+  switch (message.type) {
+    case "hello":
+      return listener.connected(true);
+    case "events":
+      return listener.entries(controller, message.entries as Entry[]);
+    case "gap":
+      return listener.gap(controller, Number(message.from), Number(message.to));
+    case "position":
+      return listener.position(message as unknown as Position);
+    case "problem":
+      return listener.refused(String(message.detail ?? message.title));
+  }
+}
+
+/** A client of the API, which says in words what was refused. */
 export class Api {
-  token: string | null = null;
+  constructor(private readonly source: Source) {}
 
   async ask<T>(method: string, path: string, body?: unknown): Promise<T> {
-    const headers: Record<string, string> = {};
-    if (this.token) headers.Authorization = `Bearer ${this.token}`;
-    if (body !== undefined) headers["Content-Type"] = "application/json";
-    const response = await fetch(`/v1${path}`, {
-      method,
-      headers,
-      body: body === undefined ? null : JSON.stringify(body),
-    }).catch(() => {
+    const answer = await this.source.ask(method, path, body).catch(() => {
       throw new Problem(0, "", "");
     });
-    const text = await response.text();
-    let answer: unknown = null;
-    try {
-      answer = JSON.parse(text);
-    } catch {
-      // It is text.
-    }
-    if (!response.ok) {
-      const problem = (answer ?? {}) as { detail?: string; title?: string; remedy?: string };
-      const detail = problem.detail ?? problem.title ?? response.statusText;
-      throw new Problem(response.status, detail, problem.remedy ?? "");
-    }
-    return answer as T;
+    if (answer.status >= 200 && answer.status < 300) return answer.body as T;
+    const problem = (answer.body ?? {}) as { detail?: string; title?: string; remedy?: string };
+    throw new Problem(answer.status, problem.detail ?? problem.title ?? String(answer.status), problem.remedy ?? "");
   }
 
   get<T>(path: string): Promise<T> {

@@ -1,8 +1,7 @@
-// The state of the page: which controllers there are, which one is looked at, and whether the server
+// The state of the page: which controllers there are, which one is looked at, and whether their source
 // is there. Parts of the page are told when something has changed, at most once for each frame.
 import { Api, Problem } from "./api";
-import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, View } from "./api";
-import { Feed } from "./feed";
+import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, Source, View } from "./api";
 import { Machine } from "./machine";
 import type { Film } from "./film";
 import { Past } from "./past";
@@ -21,7 +20,7 @@ export interface Part {
 const LOOKS = 150;
 
 export class App {
-  readonly api = new Api();
+  readonly api: Api;
   machines: Machine[] = [];
   isConnected = false;
   /** What the page says of the last order. */
@@ -41,31 +40,10 @@ export class App {
   /** Who is to be looked at soon, and who is being looked at. */
   private due = new Set<number>();
   private looking = new Set<number>();
-  private feed = new Feed({
-    wish: () => this.meet(),
-    connected: (is) => {
-      const wasConnected = this.isConnected;
-      this.isConnected = is;
-      // At once, so that nothing is shown empty for longer than it has to be.
-      if (is && !wasConnected) this.onNoticeOver();
-      if (is) for (const { number } of this.machines) void this.lookNow(number);
-      this.changed();
-    },
-    entries: (number, entries) => {
-      this.of(number)?.hear(entries);
-      this.look(number);
-      this.changed();
-    },
-    gap: (number, from, to) => {
-      this.of(number)?.gap(from, to);
-      this.changed();
-    },
-    position: (position) => {
-      this.of(position.controller)?.isAt(position);
-      this.changed();
-    },
-    refused: (detail) => this.onNotice(detail, true),
-  });
+
+  constructor(private readonly source: Source) {
+    this.api = new Api(source);
+  }
 
   /** Shows a recording, and asks nobody. */
   play(film: Film): void {
@@ -77,7 +55,31 @@ export class App {
   }
 
   start(): void {
-    void this.feed.start();
+    this.source.follow({
+      wish: () => this.meet(),
+      connected: (is) => {
+        const wasConnected = this.isConnected;
+        this.isConnected = is;
+        // At once, so that nothing is shown empty for longer than it has to be.
+        if (is && !wasConnected) this.onNoticeOver();
+        if (is) for (const { number } of this.machines) void this.lookNow(number);
+        this.changed();
+      },
+      entries: (number, entries) => {
+        this.of(number)?.hear(entries);
+        this.look(number);
+        this.changed();
+      },
+      gap: (number, from, to) => {
+        this.of(number)?.gap(from, to);
+        this.changed();
+      },
+      position: (position) => {
+        this.of(position.controller)?.isAt(position);
+        this.changed();
+      },
+      refused: (detail) => this.onNotice(detail, true),
+    });
   }
 
   get machine(): Machine | undefined {
@@ -160,7 +162,7 @@ export class App {
   }
 
   /** Who is there, before each connection; goes on where it was if it is still the same server. */
-  private async meet(): Promise<{ after: Record<number, number>; token: string | null }> {
+  private async meet(): Promise<{ after: Record<number, number> }> {
     const about = await this.controllers();
     const after: Record<number, number> = {};
     const known = JSON.stringify(this.machines.map((machine) => machine.about));
@@ -184,7 +186,7 @@ export class App {
       after[machine.number] = machine.entries.at(-1)?.number ?? 0;
     }
     if (isOther) this.onNewMachines();
-    return { after, token: this.api.token };
+    return { after };
   }
 
   private async controllers(): Promise<About[]> {
@@ -193,7 +195,7 @@ export class App {
         return await this.api.get<About[]>("/controllers");
       } catch (error) {
         if (!(error instanceof Problem) || error.status !== 401) throw error;
-        this.api.token = await this.askToken();
+        this.source.token = await this.askToken();
       }
     }
   }

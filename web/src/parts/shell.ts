@@ -24,7 +24,7 @@ export interface Shell {
   show(): void;
 }
 
-export function shell(app: App, redraw: () => void): Shell {
+export function shell(app: App, foot: Node[], redraw: () => void): Shell {
   const tabs = h("nav", { class: "tabs", attrs: { "aria-label": say("controllers") } });
   const rows = new Rebuilt(tabs);
   const link = h("output", { class: "link", attrs: { "aria-live": "polite" } });
@@ -64,8 +64,7 @@ export function shell(app: App, redraw: () => void): Shell {
       h("a", { class: "skip", href: "#front" }, say("skip")),
       h("h1", {}, "virtual IMC4"), tabs, link, languages, colours),
     notice,
-    foot: h("footer", {},
-      h("a", { href: "/v1/docs" }, say("apiPage")), " · ", h("a", { href: "/licences.txt" }, say("licences"))),
+    foot: h("footer", {}, ...foot),
     show() {
       put(link, say(app.isConnected ? "connected" : "lost"));
       mark(link, "data-on", String(app.isConnected));
