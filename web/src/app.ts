@@ -54,6 +54,12 @@ export class App {
     this.onNewMachines();
   }
 
+  /** Shows the source again, which meets the page anew. */
+  unplay(): void {
+    this.film = undefined;
+    this.machines = [];
+  }
+
   start(): void {
     this.source.follow({
       wish: () => this.meet(),
@@ -158,6 +164,8 @@ export class App {
   }
 
   private of(number: number): Machine | undefined {
+    // What the source tells is not of a recording.
+    if (this.film) return undefined;
     return this.machines.find((machine) => machine.number === number);
   }
 

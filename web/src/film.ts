@@ -31,9 +31,9 @@ function changed(before: unknown, change: unknown): unknown {
   return after;
 }
 
-/** Reads what the page has in it, if it has a recording. */
-export async function read(): Promise<Film | null> {
-  const text = document.getElementById("film")?.textContent;
+/** Reads what a page has in it, if it has a recording. */
+export async function read(page: Document = document): Promise<Film | null> {
+  const text = page.getElementById("film")?.textContent;
   if (!text) return null;
   const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
   const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));

@@ -15,9 +15,11 @@ import { language } from "./words";
 
 /** What a page has besides the parts that show a controller. */
 export interface More {
+  /** What is said of the source while it is there. */
+  where?: () => string;
   /** What stands at the end of the page. */
   foot: () => Node[];
-  /** What stands above the machine. */
+  /** What stands above the machine; and then the conversation does, too, since the page is for typing. */
   above?: () => Part[];
 }
 
@@ -29,14 +31,17 @@ export function show(app: App, more: More): void {
   const build = (): void => {
     document.documentElement.lang = language();
     for (const part of parts) part.leave?.();
-    frame = shell(app, more.foot(), build);
+    frame = shell(app, more, build);
     const [machine, line, talk, at, knobs, bits, time, stored, wrong] = parts = [
       view(app), timeline(app), log(app), axes(app), front(app), ports(app), clock(app), program(app), faults(app),
     ];
     const above = more.above?.() ?? [];
     parts = [...parts, ...above];
+    const wide = [machine!, line!];
+    if (more.above) wide.unshift(talk!);
+    else wide.push(talk!);
     main = h("main", {},
-      h("div", { class: "wide" }, machine!.element, line!.element, talk!.element),
+      h("div", { class: "wide" }, ...wide.map(({ element }) => element)),
       h("div", { class: "side" }, at!.element, knobs!.element, bits!.element),
       h("div", { class: "side" }, time!.element, stored!.element, wrong!.element));
     document.body.replaceChildren(frame.head, ...above.map(({ element }) => element), main, frame.foot, frame.notice);

@@ -197,9 +197,14 @@ export function speak(chosen: Language): void {
   keep("language", chosen);
 }
 
+/** Of a text in each language, that in the language of the page. */
+export function inLanguage(texts: readonly [string, string]): string {
+  return texts[LANGUAGES.indexOf(language())] ?? texts[0];
+}
+
 /** A word in the language of the page. */
 export function say(word: Word): string {
-  return TABLE[word][LANGUAGES.indexOf(language())] ?? TABLE[word][0];
+  return inLanguage(TABLE[word]);
 }
 
 /** A word of the server in the language of the page. */

@@ -23,13 +23,29 @@ export function log(app: App): Part {
   const earlier = h("button", { class: "earlier", hidden: true }, say("earlier"));
   const count = h("p", { class: "note", attrs: { role: "status" } });
   const detail = h("dl", { class: "detail", hidden: true });
-  const line = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": say("sendAbout") } });
+  const meaning = h("p", { class: "note meaning", id: "meaning", attrs: { role: "status" } });
+  const line = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": say("sendAbout"), "aria-describedby": meaning.id } });
+  // What it means is said before it is sent, by whoever can say it.
+  let asked = 0;
+  line.oninput = async () => {
+    const question = ++asked;
+    const wanted = line.value;
+    const path = `/controllers/${app.machine?.number ?? 1}/meaning?line=${encodeURIComponent(wanted)}`;
+    const said = wanted === "" ? null : await app.api.get<{ text: string }>(path).catch(() => null);
+    if (question === asked) put(meaning, said?.text ?? "");
+  };
   const send = (event: Event) => {
     event.preventDefault();
     if (line.value === "") return;
     const sent = line.value;
     // What was refused stays, to be mended.
-    void app.send(sent).then((isSent) => isSent && line.value === sent && (line.value = ""));
+    void app.send(sent).then((isSent) => isSent && line.value === sent && clear());
+  };
+
+  const clear = () => {
+    asked += 1;
+    line.value = "";
+    put(meaning, "");
   };
 
   let of: Machine | null = null;
@@ -136,7 +152,7 @@ export function log(app: App): Part {
     element: card("log", say("conversation"),
       h("div", { class: "bar" }, field, which, h("label", { class: "tick" }, follow, say("follow"))),
       earlier, list, count,
-      h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit" }, say("send")))),
+      h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit" }, say("send"))), meaning),
     show(machine: Machine) {
       const lastKnown = taken > 0 ? machine.entries.findLastIndex((entry) => entry.number <= taken) : -1;
       if (machine !== of || (taken > 0 && lastKnown < 0) || (way && machine.entries !== way)) {

@@ -24,7 +24,7 @@ export interface Shell {
   show(): void;
 }
 
-export function shell(app: App, foot: Node[], redraw: () => void): Shell {
+export function shell(app: App, more: { foot: () => Node[]; where?: () => string }, redraw: () => void): Shell {
   const tabs = h("nav", { class: "tabs", attrs: { "aria-label": say("controllers") } });
   const rows = new Rebuilt(tabs);
   const link = h("output", { class: "link", attrs: { "aria-live": "polite" } });
@@ -64,9 +64,9 @@ export function shell(app: App, foot: Node[], redraw: () => void): Shell {
       h("a", { class: "skip", href: "#front" }, say("skip")),
       h("h1", {}, "virtual IMC4"), tabs, link, languages, colours),
     notice,
-    foot: h("footer", {}, ...foot),
+    foot: h("footer", {}, ...more.foot()),
     show() {
-      put(link, say(app.isConnected ? "connected" : "lost"));
+      put(link, app.isConnected ? more.where?.() ?? say("connected") : say("lost"));
       mark(link, "data-on", String(app.isConnected));
       const { machines, machine } = app;
       rows.from(machines.map(({ number, about }) => [number, about.model]), () => machines.map(({ number, about }) =>
