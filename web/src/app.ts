@@ -29,6 +29,8 @@ export class App {
   onNoticeOver: () => void = () => {};
   onChange: () => void = () => {};
   onNewMachines: () => void = () => {};
+  /** What a line means, said before it is sent, where somebody can say it. */
+  means: ((line: string) => Promise<string>) | null = null;
   /** Asks a person for the token. */
   askToken: () => Promise<string> = () => Promise.reject(new Error("no token"));
 

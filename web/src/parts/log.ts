@@ -25,14 +25,11 @@ export function log(app: App): Part {
   const detail = h("dl", { class: "detail", hidden: true });
   const meaning = h("p", { class: "note meaning", id: "meaning", attrs: { role: "status" } });
   const line = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": say("sendAbout"), "aria-describedby": meaning.id } });
-  // What it means is said before it is sent, by whoever can say it.
   let asked = 0;
   line.oninput = async () => {
     const question = ++asked;
-    const wanted = line.value;
-    const path = `/controllers/${app.machine?.number ?? 1}/meaning?line=${encodeURIComponent(wanted)}`;
-    const said = wanted === "" ? null : await app.api.get<{ text: string }>(path).catch(() => null);
-    if (question === asked) put(meaning, said?.text ?? "");
+    const said = line.value === "" ? "" : await app.means?.(line.value).catch(() => "");
+    if (question === asked) put(meaning, said ?? "");
   };
   const send = (event: Event) => {
     event.preventDefault();
