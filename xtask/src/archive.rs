@@ -1,9 +1,14 @@
 //! Archives whose bytes depend on nothing but what is in them: tar with gzip, zip, and ar.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
+use std::path::Path;
 
+use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder};
-use flate2::{Compression, Crc};
+use rawzip::time::UtcDateTime;
+use rawzip::{CompressionMethod, ZipArchiveWriter};
+use tar::{EntryType, Header};
 
 use crate::tool::Outcome;
 
@@ -26,6 +31,10 @@ impl Entry {
         Entry { path, bytes, is_program: true }
     }
 
+    fn mode(&self) -> u32 {
+        if self.is_program { 0o755 } else { 0o644 }
+    }
+
     /// The same in a folder.
     pub(crate) fn below(&self, folder: &str) -> Entry {
         Entry { path: format!("{folder}/{}", self.path), ..self.clone() }
@@ -40,100 +49,68 @@ pub(crate) fn gz(bytes: &[u8]) -> Outcome<Vec<u8>> {
 
 /// A tar archive (ustar) of files of root, sorted by path, each folder before what is in it.
 pub(crate) fn tar_gz(entries: &[Entry], time: u64) -> Outcome<Vec<u8>> {
-    let mut entries: Vec<&Entry> = entries.iter().collect();
-    entries.sort_by(|a, b| a.path.cmp(&b.path));
-    let mut tar = Vec::new();
-    let mut folder = String::new();
+    let mut all: BTreeMap<&Path, Option<&Entry>> = BTreeMap::new();
     for entry in entries {
-        let within = entry.path.rfind('/').map_or(0, |end| end + 1);
-        for end in (0..within).filter(|end| entry.path.as_bytes().get(*end) == Some(&b'/')) {
-            let parent = entry.path.get(..=end).unwrap_or_default();
-            if parent != "./" && !folder.starts_with(parent) {
-                tar.extend(header(parent, 0, 0o755, b'5', time)?);
+        let path = Path::new(&entry.path);
+        all.extend(path.ancestors().skip(1).map(|folder| (folder, None)));
+        all.insert(path, Some(entry));
+    }
+    let mut tar = tar::Builder::new(Vec::new());
+    for (path, entry) in all {
+        // What is named relative to the archive itself begins with these.
+        if path == Path::new("") || path == Path::new(".") {
+            continue;
+        }
+        let (name, kind, mode, bytes) = match entry {
+            Some(entry) => {
+                (entry.path.clone(), EntryType::Regular, entry.mode(), entry.bytes.as_slice())
             }
-        }
-        folder = entry.path.get(..within).unwrap_or_default().to_owned();
-        let mode = if entry.is_program { 0o755 } else { 0o644 };
-        tar.extend(header(&entry.path, entry.bytes.len(), mode, b'0', time)?);
-        tar.extend(&entry.bytes);
-        tar.resize(tar.len().next_multiple_of(512), 0);
+            None => (format!("{}/", path.display()), EntryType::Directory, 0o755, &[][..]),
+        };
+        let mut header = Header::new_ustar();
+        // Not `set_path`, which takes the `./` away that Debian's packages have.
+        let place = header.as_old_mut().name.get_mut(..name.len());
+        place.ok_or(format!("{name} is too long a path"))?.copy_from_slice(name.as_bytes());
+        header.set_entry_type(kind);
+        header.set_mode(mode);
+        header.set_mtime(time);
+        header.set_uid(0);
+        header.set_gid(0);
+        header.set_size(bytes.len() as u64);
+        let owner = header.set_username("root").and_then(|()| header.set_groupname("root"));
+        header.set_cksum();
+        owner.and_then(|()| tar.append(&header, bytes)).map_err(|error| error.to_string())?;
     }
-    tar.resize(tar.len() + 1024, 0);
-    gz(&tar)
+    gz(&tar.into_inner().map_err(|error| error.to_string())?)
 }
 
-/// The header of a file (`0`) or folder (`5`) in a tar archive.
-fn header(path: &str, size: usize, mode: u32, kind: u8, time: u64) -> Outcome<[u8; 512]> {
-    let mut header = [0; 512];
-    let mut put = |at: usize, text: &[u8]| {
-        for (place, byte) in header.iter_mut().skip(at).zip(text) {
-            *place = *byte;
-        }
-    };
-    if path.len() > 100 {
-        return Err(format!("{path} is too long for a tar archive; 100 bytes fit"));
-    }
-    put(0, path.as_bytes());
-    put(100, format!("{mode:07o}\0{:07o}\0{:07o}\0{size:011o}\0{time:011o}\0", 0, 0).as_bytes());
-    // While it is summed up the sum itself is blanks.
-    put(148, b"        ");
-    put(156, &[kind]);
-    put(257, b"ustar\x0000root");
-    put(297, b"root");
-    let sum: u32 = header.iter().map(|byte| u32::from(*byte)).sum();
-    for (place, byte) in header.iter_mut().skip(148).zip(format!("{sum:06o}\0 ").bytes()) {
-        *place = byte;
-    }
-    Ok(header)
-}
-
-/// A zip archive. Its times, which have no time zone, are all the first that there is.
-pub(crate) fn zip(entries: &[Entry]) -> Outcome<Vec<u8>> {
-    let (mut zip, mut directory) = (Vec::new(), Vec::new());
-    let too_big = |_| "a zip archive of this kind holds up to 4 GB".to_owned();
+/// A zip archive of files in the order given.
+pub(crate) fn zip(entries: &[Entry], time: u64) -> Outcome<Vec<u8>> {
+    let time = UtcDateTime::from_unix(time.cast_signed());
+    let mut zip = ZipArchiveWriter::new(Vec::new());
     for entry in entries {
-        let mut deflate = DeflateEncoder::new(Vec::new(), Compression::best());
-        let packed = deflate.write_all(&entry.bytes).and_then(|()| deflate.finish());
-        let packed = packed.map_err(|error| error.to_string())?;
-        let mut crc = Crc::new();
-        crc.update(&entry.bytes);
-        let start = u32::try_from(zip.len()).map_err(too_big)?;
-        // Version 2.0, names in UTF-8, deflate, midnight, 1 January 1980.
-        let mut common = Vec::new();
-        for word in [20_u16, 0x0800, 8, 0, 0x21] {
-            common.extend(word.to_le_bytes());
-        }
-        let sizes = [packed.len(), entry.bytes.len()].map(u32::try_from);
-        let [small, large] = sizes;
-        for word in [crc.sum(), small.map_err(too_big)?, large.map_err(too_big)?] {
-            common.extend(word.to_le_bytes());
-        }
-        common.extend(u16::try_from(entry.path.len()).map_err(too_big)?.to_le_bytes());
-        common.extend([0, 0]);
-        zip.extend(b"PK\x03\x04");
-        zip.extend(&common);
-        zip.extend(entry.path.as_bytes());
-        zip.extend(packed);
-        directory.extend(b"PK\x01\x02\x14\0");
-        directory.extend(common);
-        directory.extend([0; 10]);
-        directory.extend(start.to_le_bytes());
-        directory.extend(entry.path.as_bytes());
+        pack(&mut zip, entry, time).map_err(|error| format!("{}: {error}", entry.path))?;
     }
-    let count = u16::try_from(entries.len()).map_err(too_big)?.to_le_bytes();
-    let start = u32::try_from(zip.len()).map_err(too_big)?;
-    let size = u32::try_from(directory.len()).map_err(too_big)?;
-    zip.extend(directory);
-    zip.extend(b"PK\x05\x06\0\0\0\0");
-    zip.extend(count);
-    zip.extend(count);
-    zip.extend(size.to_le_bytes());
-    zip.extend(start.to_le_bytes());
-    zip.extend([0, 0]);
-    Ok(zip)
+    zip.finish().map_err(|error| error.to_string())
 }
 
-/// An ar archive, which is what a Debian package is.
+fn pack(
+    zip: &mut ZipArchiveWriter<Vec<u8>>,
+    entry: &Entry,
+    time: UtcDateTime,
+) -> Result<(), rawzip::Error> {
+    let file = zip.new_file(&entry.path).compression_method(CompressionMethod::DEFLATE);
+    let file = file.unix_permissions(entry.mode()).last_modified(time);
+    let (mut file, counting) = file.start()?;
+    let mut writer = counting.wrap(DeflateEncoder::new(&mut file, Compression::best()));
+    writer.write_all(&entry.bytes)?;
+    let (deflate, sums) = writer.finish()?;
+    deflate.finish()?;
+    file.finish(sums)?;
+    Ok(())
+}
+
+/// An ar archive, which is what a Debian package is: a line for each member, and its bytes.
 pub(crate) fn ar(members: &[(&str, Vec<u8>)], time: u64) -> Vec<u8> {
     let mut ar = b"!<arch>\n".to_vec();
     for (name, bytes) in members {
@@ -182,7 +159,8 @@ mod tests {
         if !works(Command::new("python3").arg("--version")) {
             return;
         }
-        let packed = zip(&entries()).unwrap();
+        let packed = zip(&entries(), 1_700_000_000).unwrap();
+        assert_eq!(packed, zip(&entries(), 1_700_000_000).unwrap());
         unpacks("a.zip", &packed, "python3", &["-m", "zipfile", "-e", "a.zip", "."]);
     }
 

@@ -96,7 +96,7 @@ fn dist(targets: &[String], profile: &str, out: &Path) -> Outcome<()> {
         let mut entries = vec![Entry::program(format!("{name}/{file}"), program.clone())];
         entries.extend(shared.iter().map(|entry| entry.below(&name)));
         sums += &match target.contains("windows") {
-            true => put(&format!("{name}.zip"), archive::zip(&entries)?)?,
+            true => put(&format!("{name}.zip"), archive::zip(&entries, time)?)?,
             false => put(&format!("{name}.tar.gz"), archive::tar_gz(&entries, time)?)?,
         };
         let crates = foreign::Crates::of_the_program(&root, std::slice::from_ref(*target))?;
