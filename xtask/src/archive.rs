@@ -35,9 +35,9 @@ impl Entry {
         if self.is_program { 0o755 } else { 0o644 }
     }
 
-    /// The same in a folder.
-    pub(crate) fn below(&self, folder: &str) -> Entry {
-        Entry { path: format!("{folder}/{}", self.path), ..self.clone() }
+    /// The same under another name.
+    pub(crate) fn named(&self, path: String) -> Entry {
+        Entry { path, ..self.clone() }
     }
 }
 

@@ -36,9 +36,14 @@ pub(crate) fn shared(
     for name in TEXTS {
         entries.push(Entry::file(name, read(&root.join(name))?));
     }
-    let examples = tool::run(Command::new("git").current_dir(root).args(["ls-files", "examples"]))?;
-    for name in String::from_utf8_lossy(&examples).lines() {
-        entries.push(Entry::file(name, read(&root.join(name))?));
+    let files = ["ls-files", "examples", "ci/*.sh"];
+    let files = tool::run(Command::new("git").current_dir(root).args(files))?;
+    for name in String::from_utf8_lossy(&files).lines() {
+        let bytes = read(&root.join(name))?;
+        entries.push(match name.ends_with(".sh") {
+            true => Entry::program(name.to_owned(), bytes),
+            false => Entry::file(name, bytes),
+        });
     }
     for (shell, name) in SHELLS {
         let script = tool::run(Command::new(&program).args(["completions", shell]))?;

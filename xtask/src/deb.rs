@@ -48,6 +48,7 @@ pub(crate) fn package(
                 Some(Entry::file(format!("./usr/share/{folder}/{name}"), bytes))
             }
             Some(("examples", _)) => Some(Entry::file(doc(&entry.path), bytes)),
+            Some(("ci", name)) => Some(entry.named(doc(&format!("examples/ci/{name}")))),
             _ if entry.path.starts_with("LICENSE") => None,
             _ if entry.path == "CHANGELOG.md" => Some(Entry::file(doc("NEWS.md.gz"), gz(bytes)?)),
             _ if entry.path == "THIRD-PARTY.txt" => {

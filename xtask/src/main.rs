@@ -94,7 +94,7 @@ fn dist(targets: &[String], profile: &str, out: &Path) -> Outcome<()> {
         let name = format!("vimc4-{version}-{target}");
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let mut entries = vec![Entry::program(format!("{name}/{file}"), program.clone())];
-        entries.extend(shared.iter().map(|entry| entry.below(&name)));
+        entries.extend(shared.iter().map(|entry| entry.named(format!("{name}/{}", entry.path))));
         sums += &match target.contains("windows") {
             true => put(&format!("{name}.zip"), archive::zip(&entries, time)?)?,
             false => put(&format!("{name}.tar.gz"), archive::tar_gz(&entries, time)?)?,
