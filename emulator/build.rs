@@ -1,12 +1,18 @@
-//! Names the commit, the target and the features for `vimc4 --version`. Without git, or outside a
-//! checkout, the commit is unknown.
+//! Names the commit, the target and the features for `vimc4 --version`. The commit is that of the
+//! checkout; in a package of the registry cargo has noted it. Otherwise it is unknown.
 
-use std::env;
 use std::path::Path;
 use std::process::Command;
+use std::{env, fs};
 
 fn main() {
-    let commit = git(&["rev-parse", "--short=10", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
+    // A package may lie in somebody else's repository.
+    let commit = if Path::new(PACKAGED).exists() {
+        packaged()
+    } else {
+        git(&["rev-parse", "--short=10", "HEAD"])
+    };
+    let commit = commit.unwrap_or_else(|| "unknown".to_owned());
     println!("cargo::rustc-env=VIMC4_COMMIT={commit}");
     println!("cargo::rustc-env=VIMC4_TARGET={}", env::var("TARGET").unwrap_or_default());
     let features = ["api"]
@@ -22,6 +28,17 @@ fn main() {
     {
         println!("cargo::rerun-if-changed={log}");
     }
+}
+
+/// Where cargo notes what it has packed.
+const PACKAGED: &str = ".cargo_vcs_info.json";
+
+/// The commit that was packed.
+fn packaged() -> Option<String> {
+    let note = fs::read_to_string(PACKAGED).ok()?;
+    let (_, rest) = note.split_once("\"sha1\"")?;
+    let commit: String = rest.chars().filter(char::is_ascii_hexdigit).take(10).collect();
+    (commit.len() == 10).then_some(commit)
 }
 
 fn git(arguments: &[&str]) -> Option<String> {

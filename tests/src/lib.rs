@@ -15,3 +15,15 @@ pub mod moments;
 pub mod ncp_reference;
 pub mod pieces;
 pub mod shown;
+
+/// What the pages on faults and scenarios show in Rust is so, and what the library's page in the registry
+/// shows.
+#[cfg(doctest)]
+mod shown_in_documents {
+    #[doc = include_str!("../../docs/faults.md")]
+    struct Faults;
+    #[doc = include_str!("../../docs/scenarios.md")]
+    struct Scenarios;
+    #[doc = include_str!("../../crates/vimc4/README.md")]
+    struct Library;
+}

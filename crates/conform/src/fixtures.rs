@@ -1,30 +1,25 @@
-//! The built-in sessions and programs, which are the files below `fixtures/`.
+//! The built-in sessions and programs, read from the files below `fixtures/`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
 
 use vimc4_catalogue::Family;
+use vimc4_fixtures::{PROGRAMS, SESSIONS, SessionFile, TOPICS};
 
 use crate::format::{self, FormatError, Session};
 
 /// The topics of each family: folder and heading.
-static TOPICS: LazyLock<BTreeMap<String, Vec<(String, String)>>> = LazyLock::new(|| {
+static HEADINGS: LazyLock<BTreeMap<String, Vec<(String, String)>>> = LazyLock::new(|| {
     // A mistake in it is then a mistake in every session file, and a test names it.
-    toml::from_str(include_str!("../../../fixtures/topics.toml")).unwrap_or_default()
+    toml::from_str(TOPICS).unwrap_or_default()
 });
-
-/// Family, topic, path and text of every session file.
-const SESSIONS: &[(&str, &str, &str, &str)] = include!(concat!(env!("OUT_DIR"), "/sessions.rs"));
-
-/// Name and text of every program that sessions store.
-const PROGRAMS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/programs.rs"));
 
 /// The topics of a family, which are the folders below `fixtures/sessions` and its name, in the
 /// order of the behaviour document, and their headings there.
 #[must_use]
 pub fn topics(family: Family) -> &'static [(String, String)] {
-    TOPICS.get(family.name()).map_or(&[], Vec::as_slice)
+    HEADINGS.get(family.name()).map_or(&[], Vec::as_slice)
 }
 
 /// Reads every built-in session, in the order of families, topics, files and lines.
@@ -37,8 +32,8 @@ pub fn sessions() -> Result<Vec<Session>, FormatError> {
         let family = Family::ALL.into_iter().find(|family| family.name() == of);
         family.is_some_and(|family| topics(family).iter().any(|(topic, _)| *topic == about))
     };
-    if let Some((family, topic, path, _)) =
-        SESSIONS.iter().find(|(of, about, ..)| !is_known(of, about))
+    if let Some(SessionFile { family, topic, path, .. }) =
+        SESSIONS.iter().find(|file| !is_known(file.family, file.topic))
     {
         let message = format!("{family}/{topic} is not a topic; add it to fixtures/topics.toml");
         return Err(FormatError { path: path.into(), line: 1, message });
@@ -47,8 +42,8 @@ pub fn sessions() -> Result<Vec<Session>, FormatError> {
     let mut sessions = Vec::new();
     for family in Family::ALL {
         for (topic, _) in topics(family) {
-            let belongs = |of: &str, about: &str| of == family.name() && about == topic;
-            for (.., path, text) in SESSIONS.iter().filter(|(of, about, ..)| belongs(of, about)) {
+            let belongs = |file: &&SessionFile| file.family == family.name() && file.topic == topic;
+            for SessionFile { path, text, .. } in SESSIONS.iter().filter(belongs) {
                 let found = format::parse(topic, Path::new(path), text, &programs)?;
                 if let Some(stray) = found.iter().find(|session| session.family != family) {
                     let message = format!(
@@ -76,14 +71,13 @@ mod tests {
 
     #[test]
     fn every_topic_is_of_a_family_and_has_sessions() {
-        let text = include_str!("../../../fixtures/topics.toml");
-        let topics: BTreeMap<String, Vec<(String, String)>> = toml::from_str(text).unwrap();
-        assert_eq!(topics, *TOPICS);
+        let topics: BTreeMap<String, Vec<(String, String)>> = toml::from_str(TOPICS).unwrap();
+        assert_eq!(topics, *HEADINGS);
         for (family, topics) in &topics {
             assert!(Family::ALL.into_iter().any(|known| known.name() == family), "{family}");
             for (topic, _) in topics {
-                let has = SESSIONS.iter().any(|(of, about, ..)| of == family && about == topic);
-                assert!(has, "{family}/{topic}");
+                let belongs = |file: &SessionFile| file.family == family && file.topic == topic;
+                assert!(SESSIONS.iter().any(belongs), "{family}/{topic}");
             }
         }
     }

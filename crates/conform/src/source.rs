@@ -13,8 +13,7 @@ use vimc4_catalogue::Family;
 
 /// The index of the manuals' sections: their numbers and titles, nothing else.
 static MANUALS: LazyLock<Result<Vec<Manual>, String>> = LazyLock::new(|| {
-    let text = include_str!("../../../fixtures/manuals.toml");
-    toml::from_str(text)
+    toml::from_str(vimc4_fixtures::MANUALS)
         .map(|index: Index| index.manual)
         .map_err(|error| format!("fixtures/manuals.toml: {}", error.message()))
 });

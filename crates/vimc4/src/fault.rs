@@ -103,8 +103,3 @@ impl Drop for FaultHandle {
         }
     }
 }
-
-/// What the page of faults shows is so.
-#[cfg(doctest)]
-#[doc = include_str!("../../../docs/faults.md")]
-struct Manual;

@@ -95,8 +95,3 @@ impl Drop for ScenarioHandle {
         }
     }
 }
-
-/// What the page of scenarios shows is so.
-#[cfg(doctest)]
-#[doc = include_str!("../../../docs/scenarios.md")]
-struct Manual;

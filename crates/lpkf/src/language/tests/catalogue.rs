@@ -31,7 +31,7 @@ struct StatusRow {
 }
 
 fn catalogue() -> Catalogue {
-    toml::from_str(include_str!("../../../../../fixtures/lpkf-catalogue.toml")).unwrap()
+    toml::from_str(vimc4_fixtures::LPKF_CATALOGUE).unwrap()
 }
 
 #[test]

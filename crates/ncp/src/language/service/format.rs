@@ -128,7 +128,7 @@ fn blank(out: &mut String) {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::tests::JOBS;
+    use super::super::tests::jobs;
     use super::*;
 
     fn applied(text: &str) -> String {
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn it_is_done_once_and_means_the_same() {
-        for job in JOBS {
+        for job in jobs() {
             let once = applied(job);
             assert_eq!(applied(&once), once);
             assert_eq!(lines(&once).count(), lines(job).count());

@@ -127,7 +127,7 @@ fn words(reader: &mut Reader<'_, '_>, of_port: bool, push: &mut impl FnMut(Span,
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::JOBS;
+    use super::super::tests::jobs;
     use super::*;
 
     fn shown(text: &str) -> Vec<String> {
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn they_are_in_order_and_within_their_lines() {
-        for job in JOBS {
+        for job in jobs() {
             let tokens = tokens(job, 0..job.len());
             assert!(tokens.windows(2).all(|pair| pair[0].range.end <= pair[1].range.start));
             assert!(tokens.iter().all(|token| !job[token.range.clone()].contains('\n')));
