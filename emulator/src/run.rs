@@ -5,7 +5,6 @@ pub(crate) mod driver;
 pub(crate) mod meter;
 pub(crate) mod report;
 mod rounds;
-pub(crate) mod script;
 mod session;
 mod stream;
 pub(crate) mod tape;
@@ -20,7 +19,7 @@ use vimc4_catalogue::{Controller, Handling};
 use crate::drawing;
 use crate::failure::Failure;
 use crate::job::file;
-use crate::job::source::{self, JobArguments};
+use crate::job::source::JobArguments;
 use crate::ncp::run as job;
 use crate::recording::history;
 use crate::text;
@@ -28,9 +27,9 @@ pub(crate) use arguments::{Arguments, axes};
 use driver::Driver;
 use meter::Meter;
 use report::RunReport;
-use script::{Kind, Script};
 use session::Session;
 use trace::Trace;
+use vimc4_script::{Kind, Script, is_job, takes_jobs};
 use world::Outside;
 
 pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -47,13 +46,14 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let machine = vimc4::machine(arguments.setup.machine())?;
     let handling = Handling::of(&model);
     file::no_g_code(&text::name(&arguments.file), &bytes)?;
-    if source::takes_jobs(&model) && file::is_job(&bytes) {
+    if takes_jobs(&model) && is_job(&bytes) {
         let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, setup);
         let job = job::Arguments::new(job, world, time, json, verbose);
         return job::carry_out(&job, &file::decoded(&bytes));
     }
-    let script = Script::of(&arguments.file, &bytes, &handling)?;
+    let script =
+        Script::of(&text::name(&arguments.file), &bytes, &handling).map_err(Failure::usage)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;
     let scenario = arguments.world.scenario(&model, &controller)?;

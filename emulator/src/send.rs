@@ -29,7 +29,7 @@ use crate::job::source::{JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
-use crate::run::script::{Kind, Script, ScriptLine};
+use vimc4_script::{Kind, Script, ScriptLine, is_job};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use whereabouts::Doubt;
@@ -119,7 +119,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     file::no_g_code(&name, &bytes)?;
     let handling = Handling::of(&model);
     if handling.takes_stream {
-        if file::is_job(&bytes) {
+        if is_job(&bytes) {
             return Err(Failure::usage(format!(
                 "{name} is a job file, which is for controllers that speak isel's @-format, and the \
                  model {} takes plot files; name the controller's model with --model",
@@ -335,7 +335,7 @@ type List = Vec<(u32, Vec<u8>)>;
 /// it is a job file.
 fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, What)>, Failure> {
     let name = arguments.job.name();
-    let Some(script) = Script::parse(bytes).filter(|_| !file::is_job(bytes)) else {
+    let Some(script) = Script::parse(bytes).filter(|_| !is_job(bytes)) else {
         return Ok(None);
     };
     let number = |line: &ScriptLine| {

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use vimc4_script::{Kind, Script, is_job};
+
 use crate::completions;
 use crate::failure::Failure;
-use crate::job::file::is_job;
-use crate::run::script::{Kind, Script};
 use crate::text::{self, shown_in_line};
 
 /// The model and the machine of a command that reads a file.

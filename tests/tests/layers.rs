@@ -10,7 +10,7 @@ use cargo_metadata::{DepKindInfo, DependencyKind, MetadataCommand, Package, Pack
 
 /// What each room of the house may use of the others: downwards only. Rooms that are not built yet
 /// have their place.
-const ALLOWED: [(&str, &[&str]); 28] = [
+const ALLOWED: [(&str, &[&str]); 29] = [
     // Those that know no clock, socket, thread or file.
     ("vimc4-motion", &[]),
     ("vimc4-isel-wire", &[]),
@@ -25,6 +25,10 @@ const ALLOWED: [(&str, &[&str]); 28] = [
     ("vimc4-coverage", &["vimc4-catalogue", "vimc4-device"]),
     ("vimc4-sweep", &["vimc4-device"]),
     ("vimc4-debug", &["vimc4-catalogue", "vimc4-device", "vimc4-timeline"]),
+    (
+        "vimc4-script",
+        &["vimc4-catalogue", "vimc4-debug", "vimc4-device", "vimc4-motion", "vimc4-ncp"],
+    ),
     ("vimc4-dap", &["vimc4-catalogue", "vimc4-debug", "vimc4-device", "vimc4-timeline"]),
     ("vimc4-picture", &["vimc4-device", "vimc4-motion"]),
     ("vimc4-wave", &["vimc4-device", "vimc4-motion"]),
@@ -75,6 +79,7 @@ const EVERYTHING_BUT_FAMILIES: &[&str] = &[
     "vimc4-motion",
     "vimc4-ncp",
     "vimc4-picture",
+    "vimc4-script",
     "vimc4-timeline",
     "vimc4-wave",
 ];

@@ -89,26 +89,6 @@ pub(crate) fn decoded(bytes: &[u8]) -> String {
     language::decode(bytes).into_owned()
 }
 
-/// Whether the first line that says something begins with the name of a command of job files.
-pub(crate) fn is_job(bytes: &[u8]) -> bool {
-    let text = decoded(bytes);
-    let mut names = language::lines(&text).filter_map(|line| {
-        let line = line.text.trim_start_matches([' ', '\t']);
-        // The number of a line says nothing.
-        let behind = line.strip_prefix(['N', 'n']).map(|rest| {
-            rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
-        });
-        let word = |text: &str| {
-            let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
-            text[..end.unwrap_or(text.len())].to_owned()
-        };
-        let says_nothing = line.is_empty() || line.starts_with([';', '#', '(']);
-        (!says_nothing).then(|| (word(line), behind.map(word)))
-    });
-    let known = |name: &str| language::reference::find(name).is_some();
-    names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
-}
-
 /// Refuses a file of G-code.
 pub(crate) fn no_g_code(name: &str, bytes: &[u8]) -> Result<(), Failure> {
     let text = decoded(bytes);

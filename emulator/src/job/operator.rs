@@ -15,7 +15,7 @@ use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
-use super::perform::{Attendant, Decision, said, shown};
+use super::perform::{Attendant, Decision, shown};
 use crate::text::shown_in_line;
 
 /// How much pending terminal input is read, in bytes, before it is examined.
@@ -519,7 +519,7 @@ impl Attendant for Operator<'_> {
         // Moving by hand does not need what a file needs.
         match problem.code() {
             "beyond-travel" | "beyond-limit" => self.tell(&problem.to_string()),
-            _ => self.tell(&said(&problem)),
+            _ => self.tell(&vimc4_script::said(&problem)),
         }
     }
 }

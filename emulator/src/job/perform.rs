@@ -189,7 +189,7 @@ impl Work<'_> {
                 let Order { line, step, .. } = job.next(&mut |diagnostic| {
                     let is_error = diagnostic.problem.severity() == Severity::Error;
                     if is_error && wrong.0 != diagnostic.line {
-                        *wrong = (diagnostic.line, said(&diagnostic.problem));
+                        *wrong = (diagnostic.line, vimc4_script::said(&diagnostic.problem));
                     }
                 })?;
                 let task = match step {
@@ -248,12 +248,6 @@ pub(crate) fn perform<L: Channel>(
         link.done();
     }
     Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line, why: wrong.1 }))
-}
-
-/// A problem and what would be right.
-pub(crate) fn said(problem: &Problem) -> String {
-    let help = problem.help().map(|help| format!("; {help}")).unwrap_or_default();
-    format!("{problem}{help}")
 }
 
 /// Lets a line begin, in line-by-line mode after permission.

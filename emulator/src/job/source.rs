@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use vimc4_catalogue::{Family, Machine, Model};
-use vimc4_motion::Ramp;
-use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
+use vimc4_catalogue::{Machine, Model};
+use vimc4_ncp::job::{Options, Register, Target, Zero};
 use vimc4_ncp::{Diagnostic, Severity};
 
 use super::file::{decoded, read};
@@ -127,35 +126,9 @@ impl Site {
 
     /// The site of these.
     pub(crate) fn of(model: Model, machine: Arc<Machine>) -> Result<Site, Failure> {
-        let Some(inner) = model.isel() else {
-            return Err(Failure::usage(format!(
-                "the {} does not speak isel's @-format; choose one of {}",
-                model.name(),
-                Family::Isel.models().join(", ")
-            )));
-        };
-        let controller = Controller {
-            dialect: inner.command_set.dialect(),
-            speeds: inner.limits.speeds(),
-            ramp: Ramp {
-                start_stop: inner.defaults.start_stop,
-                acceleration: inner.defaults.acceleration,
-            },
-            inputs: inner.ports.inputs().collect(),
-            outputs: inner.ports.outputs().collect(),
-            memory: inner.flash.size,
-            command_bytes: inner.flash.command_bytes,
-            parameter_bytes: inner.flash.parameter_bytes,
-            branch_from_next: inner.quirks.branches_from_next(),
-        };
-        let target = Target::new(controller, &machine);
+        let target = vimc4_script::target(&model, &machine).map_err(Failure::usage)?;
         Ok(Site { model, machine, target })
     }
-}
-
-/// Whether job files are for this model: they become lines of isel's @-format.
-pub(crate) fn takes_jobs(model: &Model) -> bool {
-    model.isel().is_some()
 }
 
 impl JobArguments {

@@ -10,10 +10,10 @@ use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
 use super::meter::Meter;
-use super::script::{Kind, Script, ScriptLine};
 use crate::failure::Failure;
 use crate::output;
 use crate::text::{self, explained, shortened, shown_in_line};
+use vimc4_script::{Kind, Script, ScriptLine};
 
 /// How many characters of a line are quoted.
 const QUOTE: usize = 200;

@@ -10,10 +10,10 @@ use vimc4_device::{Device, Time, Warning};
 
 use super::driver::{Driver, Halt, News};
 use super::report::{Answer, Answered, End, RunReport, Why};
-use super::script::ScriptLine;
 use super::trace::Trace;
 use super::world::{Outside, PRESS, press};
 use crate::failure::Failure;
+use vimc4_script::ScriptLine;
 
 /// A run of one script.
 pub(super) struct Session {

@@ -7,9 +7,9 @@ use vimc4_device::{Activity, Device, Time};
 
 use super::driver::{Halt, News};
 use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};
-use super::script::ScriptLine;
 use super::session::Session;
 use super::world::Outside;
+use vimc4_script::ScriptLine;
 
 /// The host's side of the line.
 struct Feed<'l> {

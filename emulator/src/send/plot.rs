@@ -6,7 +6,7 @@ use vimc4_device::escape;
 use crate::failure::Failure;
 use crate::job::perform::{Piece, Work};
 use crate::run::report::ESCAPE;
-use crate::run::script::Script;
+use vimc4_script::Script;
 
 /// The commands of a plot file as they are sent. Those that say whether commands are acknowledged,
 /// and whether the stop at the machine counts, are left out: both are needed here.

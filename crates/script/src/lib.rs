@@ -1,31 +1,33 @@
-//! What there is to run: the lines of a file that mean something.
+//! Files that a host carries out: the lines of a file that mean something, and what is done for each.
+
+#![forbid(unsafe_code)]
 
 use std::ops::Range;
-use std::path::Path;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
-use crate::failure::Failure;
-use crate::text;
+mod work;
+pub use work::{Host, is_job, number, said, storing, takes_jobs, target};
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Script {
-    pub(crate) kind: Kind,
+pub struct Script {
+    /// What it holds.
+    pub kind: Kind,
     /// At least one, and none that is blank.
-    pub(crate) lines: Vec<ScriptLine>,
+    pub lines: Vec<ScriptLine>,
     /// The axes that a comment says a data field is for, as `@0` takes them.
-    pub(crate) axes: Option<u8>,
+    pub axes: Option<u8>,
     /// The model that a comment says it is for.
-    pub(crate) model: Option<String>,
+    pub model: Option<String>,
     /// The machine that a comment says it is for.
-    pub(crate) machine: Option<String>,
+    pub machine: Option<String>,
 }
 
 /// What a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// Commands as a host sends them, which is how it begins: `@07`.
     Commands,
     /// A data field: the lines of a program, without what stores it.
@@ -36,28 +38,28 @@ pub(crate) enum Kind {
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ScriptLine {
+pub struct ScriptLine {
     /// Its number in the file, from 1. What the file does not say but was sent nevertheless has
     /// none.
-    pub(crate) number: Option<usize>,
+    pub number: Option<usize>,
     /// What is sent, without its end.
-    pub(crate) bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
     /// The end.
-    pub(crate) end: u8,
+    pub end: u8,
     /// Whether it is a command; else it passes through the controller to what is behind it, or is
     /// nothing but numbers.
-    pub(crate) command: bool,
+    pub command: bool,
     /// How many numbers it has that belong to no command and mean nothing.
-    pub(crate) numbers: usize,
+    pub numbers: usize,
     /// Whether it would be a command in capital letters.
-    pub(crate) lower_case: bool,
+    pub lower_case: bool,
     /// Whether some of it is an escape sequence, with which HPGL sets up a plotter's line.
-    pub(crate) escape: bool,
+    pub escape: bool,
 }
 
 impl ScriptLine {
     /// A line that is in no file.
-    pub(crate) fn added(text: &str) -> ScriptLine {
+    pub fn added(text: &str) -> ScriptLine {
         ScriptLine::read(None, text.as_bytes())
     }
 
@@ -74,41 +76,43 @@ impl ScriptLine {
     }
 
     /// All that is sent.
-    pub(crate) fn whole(&self) -> Vec<u8> {
+    pub fn whole(&self) -> Vec<u8> {
         [self.bytes.as_slice(), &[self.end]].concat()
     }
 
     /// How many bytes that is.
-    pub(crate) fn length(&self) -> usize {
+    pub fn length(&self) -> usize {
         self.bytes.len() + 1
     }
 
     /// Whether it has this text, blanks left out.
-    pub(crate) fn is(&self, text: &str) -> bool {
+    pub fn is(&self, text: &str) -> bool {
         self.bytes.iter().filter(|&&byte| byte != b' ').eq(text.as_bytes())
     }
 
     /// Its text, as it can be shown.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         escape(&self.bytes)
     }
 }
 
 impl Script {
-    /// The script in a file, for a controller that is handled so.
-    pub(crate) fn of(path: &Path, bytes: &[u8], handling: &Handling) -> Result<Script, Failure> {
-        let name = text::name(path);
+    /// The script in a file of this name, for a controller that is handled so.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none in it, as a sentence.
+    pub fn of(name: &str, bytes: &[u8], handling: &Handling) -> Result<Script, String> {
         if handling.takes_stream && is_binary(bytes) {
-            let lmd =
-                path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));
+            let lmd = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("lmd"));
             let what = match lmd {
                 true => "LMD, the layers and tools of a board for LPKF's programs",
                 false => "not text",
             };
-            return Err(Failure::usage(format!(
+            return Err(format!(
                 "{name} is binary, {what}: it has no commands that could be sent; plot it into a file \
                  in the program that wrote it: HPGL, text such as PU;PA1000,2000;PD;"
-            )));
+            ));
         }
         let script = match Script::stream(bytes, handling) {
             Some(script) if script.lines.is_empty() => {
@@ -119,11 +123,11 @@ impl Script {
                 "a command list begins with a line such as @07, a data field with one such as 71",
             ),
         };
-        script.map_err(|right| Failure::usage(format!("{name} holds no command; {right}")))
+        script.map_err(|right| format!("{name} holds no command; {right}"))
     }
 
     /// Takes a stream of commands apart, if files are streams.
-    pub(crate) fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
+    pub fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
         let (mut number, mut counted) = (1, 0);
         let mut escapes = escapes(bytes).into_iter().peekable();
         let pieces = handling.stream(bytes)?.into_iter().map(|piece| {
@@ -152,7 +156,7 @@ impl Script {
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
     /// `;` or `#`, which no command does, mean nothing.
-    pub(crate) fn parse(bytes: &[u8]) -> Option<Script> {
+    pub fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut lines = Vec::new();
         let (mut axes, mut model, mut machine) = (None, None, None);
@@ -160,9 +164,9 @@ impl Script {
             match line.iter().find(|byte| !matches!(byte, b' ' | b'\t')) {
                 None => {}
                 Some(b';' | b'#') => {
-                    axes = axes.or_else(|| axes_of(said(line, "axes:")?));
-                    model = model.or_else(|| said(line, "model:").map(str::to_owned));
-                    machine = machine.or_else(|| said(line, "machine:").map(str::to_owned));
+                    axes = axes.or_else(|| axes_of(remark(line, "axes:")?));
+                    model = model.or_else(|| remark(line, "model:").map(str::to_owned));
+                    machine = machine.or_else(|| remark(line, "machine:").map(str::to_owned));
                 }
                 Some(_) => lines.push(ScriptLine::read(Some(number), line)),
             }
@@ -179,7 +183,7 @@ impl Script {
     }
 
     /// Whether it begins as the lines of a program do: one character, and numbers behind it.
-    pub(crate) fn looks_stored(&self) -> bool {
+    pub fn looks_stored(&self) -> bool {
         let first = self.lines.first().map(|line| line.bytes.trim_ascii()).unwrap_or_default();
         let number = |byte: &u8| byte.is_ascii_digit() || b" ,-".contains(byte);
         first.split_first().is_some_and(|(_, rest)| rest.iter().all(number))
@@ -187,7 +191,7 @@ impl Script {
 }
 
 /// What a comment such as `; machine: mill` says of this.
-fn said<'a>(comment: &'a [u8], what: &str) -> Option<&'a str> {
+fn remark<'a>(comment: &'a [u8], what: &str) -> Option<&'a str> {
     let text = str::from_utf8(comment).ok()?.trim().trim_start_matches([';', '#']).trim_start();
     Some(text.strip_prefix(what)?.trim_start()).filter(|value| !value.is_empty())
 }
@@ -314,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_stream_is_its_commands_wherever_they_stand() {
-        let handling = Handling::of(&vimc4::model("smcu").unwrap());
+        let handling = Handling::of(&vimc4_catalogue::model("smcu").unwrap());
         let stream = |text: &[u8]| {
             let script = Script::stream(text, &handling).unwrap();
             let whole = |line: &ScriptLine| String::from_utf8(line.whole()).unwrap();
@@ -333,13 +337,13 @@ mod tests {
             ])
         );
         assert_eq!(stream(b"\n ; \n"), []);
-        let isel = Handling::of(&vimc4::model("imc4").unwrap());
+        let isel = Handling::of(&vimc4_catalogue::model("imc4").unwrap());
         assert_eq!(Script::stream(b"@07\n", &isel), None);
     }
 
     #[test]
     fn escape_sequences_are_told_from_commands() {
-        let handling = Handling::of(&vimc4::model("smcu").unwrap());
+        let handling = Handling::of(&vimc4_catalogue::model("smcu").unwrap());
         let escapes = |text: &[u8]| {
             let script = Script::stream(text, &handling).unwrap();
             script.lines.into_iter().map(|line| (line.text(), line.escape)).collect::<Vec<_>>()
