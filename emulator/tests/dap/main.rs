@@ -1434,9 +1434,9 @@ fn the_page_has_the_tables_of_the_program() {
 #[test]
 fn the_extension_of_visual_studio_code_knows_the_attributes() {
     let extension: Value =
-        serde_json::from_str(include_str!("../../../examples/vscode/package.json")).unwrap();
+        serde_json::from_str(include_str!("../../../editors/vscode/package.json")).unwrap();
     let debugger = &extension["contributes"]["debuggers"][0];
-    assert_eq!((&debugger["type"], &debugger["runtime"]), (&json!("vimc4"), &json!("vimc4")));
+    assert_eq!(debugger["type"], "vimc4");
     let known: BTreeSet<String> = vimc4_dap::ATTRIBUTES
         .iter()
         .map(|(name, ..)| (*name).to_owned())

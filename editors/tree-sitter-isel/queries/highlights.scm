@@ -1,0 +1,13 @@
+"@" @punctuation.special
+(device) @constant
+(axes) @constant.builtin
+(motion) @function
+(setting) @keyword
+(query) @function.builtin
+(output) @function.macro
+(program) @keyword.control
+(number) @number
+"," @punctuation.delimiter
+(comment) @comment
+(directive_name) @keyword.directive
+(text) @string
