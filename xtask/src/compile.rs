@@ -22,26 +22,15 @@ pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathB
     cargo.current_dir(root).args(["build", "--locked", "--package", "vimc4-emulator"]);
     cargo.args(["--target", target, "--profile", profile]);
     let mut flags = Vec::new();
-    if !has_library(target) {
-        if !Path::new(SOURCES).is_dir() {
-            return Err(format!(
-                "this toolchain has no library for {target}; `rustup target add {target}` brings it, or \
-                 `apt install rustc-web rust-web-src` what builds one"
-            ));
-        }
-        cargo.env("RUSTC", COMPILER).env("RUSTC_BOOTSTRAP", "1");
+    if Toolchain::of(target)? == Toolchain::Debian {
         cargo.arg("-Zbuild-std=std,panic_unwind");
-        flags.push("-Clink-self-contained=no".to_owned());
+        flags.extend(Toolchain::environment(&mut cargo));
         if let Some(linker) = zig(&folder, target)? {
             let variable = target.to_uppercase().replace('-', "_");
             cargo.env(format!("CARGO_TARGET_{variable}_LINKER"), linker);
         }
     }
-    // Where it was built is nobody's business, and would make every build another.
-    flags.push(format!("--remap-path-prefix={}=vimc4", root.display()));
-    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
-    flags.extend(home.map(|home| format!("--remap-path-prefix={}=cargo", home.display())));
+    flags.extend(remapped(root));
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     tool::run(&mut cargo)?;
     let name = if target.contains("windows") { "vimc4.exe" } else { "vimc4" };
@@ -50,10 +39,44 @@ pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathB
     Ok(folder.join(target).join(profile).join(name))
 }
 
-fn has_library(target: &str) -> bool {
-    let mut rustc = Command::new("rustc");
-    let folder = tool::line(rustc.args(["--print", "target-libdir", "--target", target]));
-    folder.is_ok_and(|folder| Path::new(&folder).is_dir())
+/// The compiler's options that make the same of the same sources, wherever these are: where it was
+/// built is nobody's business, and would make every build another.
+pub(crate) fn remapped(root: &Path) -> Vec<String> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+    let folders = [Some((root.to_owned(), "vimc4")), home.map(|home| (home, "cargo"))];
+    let folders = folders.into_iter().flatten();
+    folders.map(|(from, to)| format!("--remap-path-prefix={}={to}", from.display())).collect()
+}
+
+/// What compiles for a target.
+#[derive(PartialEq)]
+pub(crate) enum Toolchain {
+    /// The toolchain that is here has the target's library.
+    Own,
+    /// Debian's compiler builds one.
+    Debian,
+}
+
+impl Toolchain {
+    pub(crate) fn of(target: &str) -> Outcome<Toolchain> {
+        let mut rustc = Command::new("rustc");
+        let folder = tool::line(rustc.args(["--print", "target-libdir", "--target", target]))?;
+        match (Path::new(&folder).is_dir(), Path::new(SOURCES).is_dir()) {
+            (true, _) => Ok(Toolchain::Own),
+            (false, true) => Ok(Toolchain::Debian),
+            (false, false) => Err(format!(
+                "this toolchain has no library for {target}; `rustup target add {target}` brings it, or \
+                 `apt install rustc-web rust-web-src` what builds one"
+            )),
+        }
+    }
+
+    /// Has Debian's compiler used, and says with which options.
+    pub(crate) fn environment(command: &mut Command) -> Vec<String> {
+        command.env("RUSTC", COMPILER).env("RUSTC_BOOTSTRAP", "1");
+        vec!["-Clink-self-contained=no".to_owned()]
+    }
 }
 
 /// A linker for musl, as a script, because cargo takes no arguments with one.

@@ -8,6 +8,7 @@ mod deb;
 mod foreign;
 mod room;
 mod tool;
+mod wheel;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,9 @@ the commit, or SOURCE_DATE_EPOCH.")]
         /// The profile to build with
         #[arg(long, default_value = "dist")]
         profile: String,
+        /// Make wheels for Python, too; needs maturin, and zig for Linux
+        #[arg(long)]
+        wheels: bool,
         /// The folder for what is packed
         #[arg(long, default_value = "target/packages")]
         out: PathBuf,
@@ -57,7 +61,7 @@ It needs Linux with `unshare` and `mount`, and for a Debian package root and `dp
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
-        Task::Dist { targets, profile, out } => dist(&targets, &profile, &out),
+        Task::Dist { targets, profile, wheels, out } => dist(&targets, &profile, wheels, &out),
         Task::Try { packages } => packages.iter().try_for_each(|package| room::visit(package)),
     };
     match done {
@@ -69,7 +73,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn dist(targets: &[String], profile: &str, out: &Path) -> Outcome<()> {
+fn dist(targets: &[String], profile: &str, wheels: bool, out: &Path) -> Outcome<()> {
     let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let root = tool::root();
     let mut programs = Vec::new();
@@ -104,6 +108,10 @@ fn dist(targets: &[String], profile: &str, out: &Path) -> Outcome<()> {
         if let Some(architecture) = deb::architecture(target) {
             let package = deb::package(&root, version, architecture, program, &shared, time)?;
             sums += &put(&format!("vimc4_{version}_{architecture}.deb"), package)?;
+        }
+        if wheels {
+            let (name, wheel) = wheel::build(&root, target, path, time)?;
+            sums += &put(&name, wheel)?;
         }
     }
     put("SHA256SUMS", sums.into_bytes())?;
