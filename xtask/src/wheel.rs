@@ -18,7 +18,7 @@ pub(crate) fn build(
         return Err("maturin is not here; `pip install maturin` brings it".to_owned());
     }
     let out = tempfile::tempdir().map_err(|error| error.to_string())?;
-    let _data = Data::of(&root.join("python/vimc4.data"), program)?;
+    let _data = Data::of(&root.join("python/vimc4._vimc4.data"), program)?;
     let mut maturin = Command::new("maturin");
     maturin.current_dir(root.join("python")).args(["build", "--release", "--locked", "--out"]);
     maturin.arg(out.path()).env("SOURCE_DATE_EPOCH", time.to_string());
@@ -45,8 +45,8 @@ pub(crate) fn build(
     Ok((wheel.file_name().to_string_lossy().into_owned(), bytes))
 }
 
-/// The folder whose files maturin puts beside the package; there only while a wheel is made, because a
-/// package that is built from a clone has no program.
+/// The folder, named after the module, whose files maturin puts beside the package. It is there only
+/// while a wheel is made, because a package that is built from a clone has no program.
 struct Data(PathBuf);
 
 impl Data {
