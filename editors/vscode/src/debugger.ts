@@ -3,32 +3,42 @@ import { basename } from "node:path";
 import * as vscode from "vscode";
 import { isOurs } from "./languages";
 import { find, folderOf, target } from "./program";
+import { saved } from "./tasks";
 
 /** A file in which a controller was recorded. */
 const RECORDING = /\.jsonl(\.gz|\.zst)?$/i;
 
+/** How a file is debugged; nothing if it is none that a controller carries out, and no recording either. */
+function configurationOf(document: vscode.TextDocument): vscode.DebugConfiguration | undefined {
+    const file = document.uri.fsPath;
+    const common = { type: "vimc4", name: basename(file), stopOnEntry: true };
+    if (RECORDING.test(file)) {
+        return { ...common, request: "attach", recording: file };
+    }
+    return isOurs(document) ? { ...common, request: "launch", program: file } : undefined;
+}
+
+/** Debugs the file in the editor. F5 asks for an extension where the editor knows no debugger of a language, as of
+ *  recordings; this does not. */
+export async function debugThis(): Promise<void> {
+    const document = vscode.window.activeTextEditor?.document;
+    const configuration = document && configurationOf(document);
+    if (document !== undefined && configuration !== undefined && (await saved(document))) {
+        await vscode.debug.startDebugging(folderOf(document.uri), configuration);
+    }
+}
+
 class Configurations implements vscode.DebugConfigurationProvider {
     /** F5 without a configuration: the file in the editor. */
     resolveDebugConfiguration(
-        folder: vscode.WorkspaceFolder | undefined,
+        _folder: vscode.WorkspaceFolder | undefined,
         configuration: vscode.DebugConfiguration,
     ): vscode.DebugConfiguration | undefined {
         if (configuration.type || configuration.request || configuration.name) {
             return configuration;
         }
         const document = vscode.window.activeTextEditor?.document;
-        if (document === undefined) {
-            return undefined;
-        }
-        const file = document.uri.fsPath;
-        if (RECORDING.test(file)) {
-            const cwd = folderOf(document.uri)?.uri.fsPath ?? folder?.uri.fsPath;
-            return { type: "vimc4", request: "attach", name: basename(file), recording: file, stopOnEntry: true, cwd };
-        }
-        if (!isOurs(document)) {
-            return undefined;
-        }
-        return { type: "vimc4", request: "launch", name: basename(file), program: file, stopOnEntry: true };
+        return document && configurationOf(document);
     }
 
     /** What is left out is what the settings say. Recordings and controllers that run know their own. */

@@ -1,7 +1,7 @@
 // What the editor starts.
 import * as vscode from "vscode";
 import { chooseMachine, chooseModel } from "./choose";
-import { registerDebugger } from "./debugger";
+import { debugThis, registerDebugger } from "./debugger";
 import { recognize } from "./languages";
 import { Pictures } from "./picture";
 import { find, folderOf, jobOptions, said, targetOptions } from "./program";
@@ -21,6 +21,7 @@ export function activate(context: vscode.ExtensionContext): Api {
         run: () => start("run"),
         check: () => start("check"),
         compile,
+        debug: debugThis,
         send,
         serve: () => start("serve"),
         chooseModel,

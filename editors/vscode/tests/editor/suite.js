@@ -21,12 +21,12 @@ async function open(name, text) {
 
 /** Waits until something is so, and returns it. */
 async function until(what, find) {
-    for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 50))) {
+    for (const end = Date.now() + 120_000; ; await new Promise((resolve) => setTimeout(resolve, 50))) {
         const found = await find();
         if (found) {
             return found;
         }
-        assert.ok(Date.now() < end, `${what}: this did not come within a minute`);
+        assert.ok(Date.now() < end, `${what}: this did not come within two minutes; the last of the debugger: ${JSON.stringify(traffic.slice(-4))}`);
     }
 }
 
@@ -168,7 +168,8 @@ const TESTS = {
     },
 
     "it is debugged, forward and back": async () => {
-        const document = await open("commands.txt");
+        const { uri } = await open("commands.txt");
+        const document = await until("the language", () => vscode.workspace.textDocuments.find((known) => known.uri.path === uri.path && known.languageId === "isel"));
         vscode.debug.addBreakpoints([new vscode.SourceBreakpoint(new vscode.Location(document.uri, new vscode.Position(8, 0)))]);
         await event("stopped", () => vscode.debug.startDebugging(vscode.workspace.workspaceFolders[0], { type: "", request: "", name: "" }));
         const session = vscode.debug.activeDebugSession;
@@ -188,7 +189,7 @@ const TESTS = {
 
     "a recording is debugged, and so is a controller that runs": async () => {
         await vscode.window.showTextDocument(file("limit.jsonl"));
-        await event("stopped", () => vscode.debug.startDebugging(vscode.workspace.workspaceFolders[0], { type: "", request: "", name: "" }));
+        await event("stopped", () => vscode.commands.executeCommand("vimc4.debug"));
         assert.equal(vscode.debug.activeDebugSession.configuration.request, "attach");
         await vscode.debug.stopDebugging();
         const controller = spawn(settings().get("path"), ["serve", "--pty", "none", "--tcp", "127.0.0.1:0", "--dap", "47110"], { cwd: folder().fsPath });
