@@ -17,6 +17,7 @@ use vimc4_catalogue::Controller;
 use vimc4_device::{Device, Names, Signal, Verb};
 
 use crate::failure::Failure;
+use crate::here::here;
 use crate::output;
 use crate::places::LISTENS;
 
@@ -67,7 +68,7 @@ complete -o bashdefault -o nosort -F _vimc4 vimc4 2> /dev/null ||
 "#;
 
 #[derive(clap::Args)]
-#[command(after_long_help = "\
+#[command(after_long_help = here!("\
 Examples:
   vimc4 completions bash
 
@@ -79,7 +80,17 @@ signals, programs and files:
 
 It asks the vimc4 on the PATH.
 
-Exit codes: 0 printed, 2 wrong usage.")]
+Exit codes: 0 printed, 2 wrong usage.", "\
+Examples:
+  vimc4 completions powershell
+
+With this line in its profile ($PROFILE) PowerShell completes commands, options, the names of models,
+machines and signals, serial ports and files:
+  vimc4 completions powershell | Out-String | Invoke-Expression
+
+It asks the vimc4 on the PATH.
+
+Exit codes: 0 printed, 2 wrong usage."))]
 pub(crate) struct Arguments {
     /// For which shell
     shell: Shell,
@@ -165,16 +176,29 @@ pub(crate) fn inputs() -> ArgValueCompleter {
     })
 }
 
-/// Where a controller may be: the links and devices that are files, and the address at which `serve`
-/// listens unless it is told another.
+/// Where a controller may be: the links and devices that are files, the serial ports where they are
+/// none, and the address at which `serve` listens unless it is told another.
 pub(crate) fn ports() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let typed = current.to_string_lossy();
         let addresses = [LISTENS.to_owned(), format!("tcp:{LISTENS}")];
-        let fit = addresses.into_iter().filter(|address| address.starts_with(&*typed));
+        let places = named_ports().into_iter().chain(addresses);
+        let fit = places.filter(|place| place.starts_with(&*typed));
         let files = PathCompleter::any().complete(current);
         fit.map(CompletionCandidate::new).chain(files).collect()
     })
+}
+
+/// The serial ports that are no files.
+#[cfg(windows)]
+fn named_ports() -> Vec<String> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports.into_iter().map(|port| port.port_name).collect()
+}
+
+#[cfg(not(windows))]
+fn named_ports() -> Vec<String> {
+    Vec::new()
 }
 
 /// A program and its arguments: what is on the PATH first, then files.

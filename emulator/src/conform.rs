@@ -37,9 +37,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     let Some(name) = &arguments.port else {
-        return Err(Failure::usage(
-            "no port is named; name one as in `vimc4 conform ./vimc4.pty`, or add --list",
-        ));
+        return Err(Failure::usage(concat!(
+            "no port is named; name one as in `vimc4 conform ",
+            here!("./vimc4.pty", "COM7"),
+            "`, or add --list"
+        )));
     };
     if !choices.iter().any(|choice| choice.plan.is_ok()) {
         announce::list(&choices, axes, &arguments)?;

@@ -26,6 +26,7 @@ use vimc4_debug::Debugger;
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::setup::Setup;
@@ -39,23 +40,23 @@ use shell::{PROMPT, Shell};
 
 #[derive(clap::Args)]
 #[command(
-    long_about = "\
+    long_about = concat!("\
 Step through what a controller does, forward and back, and ask why
 
 WHAT is a file: a recording, a list of commands, a stored program, a plot file or a job file in the isel NC
 intermediate format. A recording is of a controller; any other file is sent to one in virtual time, as
 `vimc4 run` does it. The console stands at the beginning. A stored program is stored, and START is pressed.
 
-Without a file, or with the name of a model, there is a controller behind a pseudo-terminal and a TCP port,
+Without a file, or with the name of a model, there is a controller behind ", here!("a pseudo-terminal and ", ""), "a TCP port,
 as `vimc4 serve` has it. While you type, its time is paused; clients stay connected and notice only
 the delay. `continue` lets it go on to the next breakpoint or Ctrl-C. Stepping forward moves the controller itself; going
-back, or doing something there, only looks, until `take` takes it there. With `--pty none --tcp none` there are
+back, or doing something there, only looks, until `take` takes it there. With `", here!("--pty none ", ""), "--tcp none` there are
 no clients, and time passes only as you step. With `--connect` the controller is one of a `vimc4 serve --http`
 that runs, where time passes by itself; at the end it goes on.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What
 is done in the past begins a branch, and nothing is lost. Without a terminal, lines come from
-a pipe or from --script, and the first that fails ends it.",
+a pipe or from --script, and the first that fails ends it."),
     after_long_help = "\
 Examples:
   vimc4 console examples/commands.txt --machine mill
@@ -102,10 +103,10 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "A controller behind ports")]
 struct Ports {
     /// A pseudo-terminal and a link to it of this name; `none` for no pseudo-terminal
-    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
+    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY, hide = cfg!(not(unix)))]
     pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
-    #[arg(long)]
+    #[arg(long, hide = cfg!(not(unix)))]
     replace: bool,
     /// Listen on this address; `none` for no TCP port, port 0 for a free one
     #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]

@@ -11,37 +11,42 @@ use vimc4_device::escape;
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::output;
 use crate::port::{self, ModemLines, Port, PortError};
 use crate::text::{shortened, shown_in_line};
 
 #[derive(clap::Args)]
 #[command(
-    long_about = "\
+    long_about = concat!("\
 Say what a program will find at a port, and how to fix what is wrong
 
-PORT is the link of a pseudo-terminal (./vimc4.pty), a serial port (/dev/ttyUSB0, COM3) or TCP
+PORT is ", here!("the link of a pseudo-terminal (./vimc4.pty), a serial port (/dev/ttyUSB0, COM3) or TCP
 (127.0.0.1:4004, tcp:HOST:PORT). It is opened as a program would open it: where the link leads, who
-may use it, its speed, whether it has modem lines, who else has it open, and whether a controller
+may use it, its speed, whether it has modem lines, who else has it open, and whether a controller",
+"a serial port (COM3) or TCP (127.0.0.1:4004, tcp:HOST:PORT). It is opened as a program would
+open it: whether that can be done, whether it has modem lines, and whether a controller"), "
 answers, and as which. Nothing is moved, switched or stored: it is asked where its axes are, and for
 its name. While another program has the port open it is not asked, and a data field that was left
 half stored ends with the first question. A controller that moves answers the questions when it
-comes to rest, and whichever program has the port open then gets the answers.",
-    after_long_help = "\
+comes to rest, and whichever program has the port open then gets the answers."),
+    after_long_help = concat!("\
 Exit codes: 0 a program will find what it needs, 1 something should be mended, 2 it cannot be opened.
 
 Examples:
-  vimc4 doctor ./vimc4.pty
+  vimc4 doctor ", here!("./vimc4.pty", "COM7"), "
   vimc4 doctor 127.0.0.1:4004
-  vimc4 doctor /dev/ttyUSB0 --baud 9600"
+  vimc4 doctor ", here!("/dev/ttyUSB0", "COM3"), " --baud 9600")
 )]
 pub(crate) struct Arguments {
     /// The port
     #[arg(add = completions::ports())]
     port: String,
-    /// The speed that the program uses on a serial port; if nothing answers, others are tried
-    /// [default: 19200, and that of a pseudo-terminal as it is]
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", help = concat!(
+        "The speed that the program uses on a serial port; if nothing answers, others are tried \
+         [default: 19200",
+        here!(", and that of a pseudo-terminal as it is]", "]")
+    ))]
     baud: Option<u32>,
 }
 
@@ -319,8 +324,11 @@ fn modem_lines(port: &mut Port, findings: &mut Findings) {
         ),
         ModemLines::None => findings.fine(
             "modem lines",
-            "none, as with every pseudo-terminal: a program that insists on them needs TCP or a \
-             serial port",
+            here!(
+                "none, as with every pseudo-terminal: a program that insists on them needs TCP or a \
+                 serial port",
+                "none: a program that insists on them needs another port, or TCP"
+            ),
         ),
         ModemLines::Are(lines) => {
             let shown: Vec<String> = lines

@@ -246,7 +246,8 @@ fn written(path: &path::Path, bytes: &[u8]) -> Result<(), Failure> {
 /// there nevertheless.
 fn show(path: &path::Path) {
     let (program, first): (&str, &[&str]) = match () {
-        () if cfg!(windows) => ("cmd", &["/C", "start", ""]),
+        // Unlike `start` of a shell it takes every name for a name.
+        () if cfg!(windows) => ("rundll32", &["url.dll,FileProtocolHandler"]),
         () if cfg!(target_os = "macos") => ("open", &[]),
         () => ("xdg-open", &[]),
     };

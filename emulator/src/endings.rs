@@ -1,15 +1,17 @@
 //! How a program is asked to end.
 
-#[cfg(unix)]
 use std::future::poll_fn;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
-#[cfg(unix)]
+#[cfg(windows)]
+use std::task::Context;
 use std::task::Poll;
 use std::thread;
 
 #[cfg(unix)]
 use tokio::signal::unix::{Signal, SignalKind, signal};
+#[cfg(windows)]
+use tokio::signal::windows;
 
 use crate::failure::Failure;
 use crate::port::Port;
@@ -65,28 +67,51 @@ fn is_ignored(signal: SignalKind) -> bool {
     bit.is_ok_and(|bit| vimc4_lines::ignored_signals() >> bit & 1 == 1)
 }
 
-#[cfg(not(unix))]
-pub(crate) struct Endings {
-    by_interrupt: bool,
+/// Ctrl-C, and the other ways in which a console or the system asks for an end: Ctrl-Break, a window
+/// that is closed, a user who logs off, a shutdown.
+#[cfg(windows)]
+pub(crate) struct Endings(Vec<Ending>);
+
+/// Tells whether an end was requested in one of these ways.
+#[cfg(windows)]
+type Ending = Box<dyn FnMut(&mut Context<'_>) -> bool + Send>;
+
+/// Listens for one of them, each of which has a type of its own.
+#[cfg(windows)]
+macro_rules! ending {
+    ($listen:path) => {
+        $listen().ok().map(|mut ending| {
+            Box::new(move |cx: &mut Context<'_>| ending.poll_recv(cx).is_ready()) as Ending
+        })
+    };
 }
 
-#[cfg(not(unix))]
+#[cfg(windows)]
 impl Endings {
     pub(crate) fn listen() -> Endings {
-        Endings { by_interrupt: true }
+        let Endings(mut endings) = Endings::without_interrupt();
+        endings.extend(ending!(windows::ctrl_c));
+        Endings(endings)
     }
 
     /// The same without Ctrl-C, for a program to which that means something else.
     pub(crate) fn without_interrupt() -> Endings {
-        Endings { by_interrupt: false }
+        let endings = [
+            ending!(windows::ctrl_break),
+            ending!(windows::ctrl_close),
+            ending!(windows::ctrl_logoff),
+            ending!(windows::ctrl_shutdown),
+        ];
+        Endings(endings.into_iter().flatten().collect())
     }
 
+    /// Waits until an end is requested, and returns the exit code for it.
     pub(crate) async fn told(&mut self) -> ExitCode {
-        if !self.by_interrupt {
-            return std::future::pending().await;
-        }
-        let _ = tokio::signal::ctrl_c().await;
-        ExitCode::SUCCESS
+        poll_fn(|cx| match self.0.iter_mut().any(|ending| ending(cx)) {
+            true => Poll::Ready(ExitCode::SUCCESS),
+            false => Poll::Pending,
+        })
+        .await
     }
 }
 

@@ -18,9 +18,11 @@ mod drawing;
 mod endings;
 mod failure;
 mod framing;
+mod here;
 mod identity;
 mod job;
 mod limits;
+#[cfg_attr(not(unix), path = "lines_elsewhere.rs")]
 mod lines;
 mod live;
 mod log;
@@ -49,6 +51,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use deferred::Deferred;
 use failure::Failure;
+use here::here;
 
 /// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
 #[derive(Parser)]
@@ -58,7 +61,8 @@ struct Arguments {
     command: Tool,
 }
 
-const EXAMPLES: &str = "\
+const EXAMPLES: &str = concat!(
+    "\
 Examples:
   vimc4 serve -v
   vimc4 run examples/commands.txt --machine mill
@@ -66,10 +70,13 @@ Examples:
   vimc4 models
 
 `vimc4 COMMAND --help` says more of each, with examples and exit codes. The files in examples/ are beside the
-program in its archive, in /usr/share/doc/vimc4, or in the folder that it was built from.
+program in its archive, ",
+    here!("in /usr/share/doc/vimc4, ", ""),
+    "or in the folder that it was built from.
 
 Exit codes: 0 all went well, 1 something is wrong with the input or the answers, 2 wrong usage: nothing
-was done. Some commands have more.";
+was done. Some commands have more."
+);
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
 
@@ -87,11 +94,15 @@ const LONG_VERSION: &str = concat!(
 // Not doc comments: those would replace the command's own long description.
 #[derive(Subcommand)]
 enum Tool {
-    #[command(about = "Run controllers behind pseudo-terminals, TCP and real serial ports")]
+    #[command(about = here!(
+        "Run controllers behind pseudo-terminals, TCP and real serial ports",
+        "Run controllers behind TCP and serial ports"
+    ))]
     Serve(Deferred<serve::Arguments>),
     #[cfg(feature = "api")]
     #[command(about = "See and steer controllers that are served elsewhere")]
     Ctl(Deferred<ctl::Arguments>),
+    #[cfg_attr(not(unix), command(hide = true))]
     #[command(about = "Run a program that needs modem lines on a controller's pseudo-terminal")]
     Lines(Deferred<lines::Arguments>),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
@@ -136,6 +147,7 @@ enum Tool {
     Machines(Deferred<profiles::Arguments>),
     #[command(about = "Print completions for a shell")]
     Completions(Deferred<completions::Arguments>),
+    #[cfg_attr(windows, command(hide = true))]
     #[command(about = "Write the manual pages into a folder")]
     Man(Deferred<manual::Arguments>),
 }

@@ -12,10 +12,13 @@ use std::time::{Duration, Instant};
 use serialport::{DataBits, FlowControl, Parity, SerialPort, StopBits};
 use thiserror::Error;
 
+use crate::here::here;
+
 /// How long a TCP connection may take to come about.
 const CONNECT: Duration = Duration::from_secs(5);
-/// How often the reader of a serial port checks whether it is still wanted.
-const LOOK: Duration = Duration::from_millis(50);
+/// How often the reader of a serial port checks whether it is still wanted. Windows has whoever writes wait
+/// until a read has ended, so that one lasts no longer than a few characters.
+const LOOK: Duration = Duration::from_millis(if cfg!(windows) { 2 } else { 50 });
 /// How long a port may refuse to take bytes before it counts as broken.
 const WRITE: Duration = Duration::from_secs(5);
 /// How many pieces wait until they are fetched. Beyond that the other end has to wait.
@@ -103,8 +106,8 @@ impl Port {
                     .flow_control(FlowControl::None)
                     .timeout(LOOK)
                     .open();
-                let wrong = |e: &serialport::Error| match names_port(name) && !cfg!(windows) {
-                    true if !Path::new(name).exists() => "this is not an address".to_owned(),
+                let wrong = |e: &serialport::Error| match names_port(name) {
+                    true if !may_be_there(name) => "this is not an address".to_owned(),
                     _ => e.to_string(),
                 };
                 let port = port.map_err(|e| error(wrong(&e), remedy(name, &e)))?;
@@ -293,7 +296,7 @@ fn connect(address: &str) -> Result<TcpStream, (io::Error, &'static str)> {
 
 /// What to do about a serial port that does not open.
 fn remedy(name: &str, error: &serialport::Error) -> &'static str {
-    let exists = Path::new(name).exists() || cfg!(windows);
+    let exists = may_be_there(name);
     match error.kind() {
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) if is_pseudo(name) => {
             "you may not use it: start the emulator, or this, as the same user"
@@ -310,15 +313,25 @@ fn remedy(name: &str, error: &serialport::Error) -> &'static str {
         _ if !exists && names_port(name) => {
             "write HOST:PORT, the port from 1 to 65535, as in 127.0.0.1:4004"
         }
-        _ if !exists => {
+        _ if !exists => here!(
             "name a serial port such as /dev/ttyUSB0 or COM3, the link of a pseudo-terminal such \
-             as ./vimc4.pty, or host:port"
+             as ./vimc4.pty, or host:port",
+            "name a serial port such as COM3, or host:port"
+        ),
+        serialport::ErrorKind::NoDevice if cfg!(windows) => {
+            "`mode` lists the serial ports; one that another program has open cannot be opened: close \
+             that program"
         }
         serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(_) => {
             "another program may have it open: close that one; or it is not a serial port"
         }
         _ => "check that it is a serial port",
     }
+}
+
+/// Whether there may be a port of this name. Those of Windows are no files.
+fn may_be_there(name: &str) -> bool {
+    Path::new(name).exists() || cfg!(windows) && !name.contains(':')
 }
 
 /// Whether a name is more like an address than like a path, although it is none.

@@ -22,6 +22,7 @@ use crate::completions;
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::job::file;
 use crate::job::operator::{Entered, Operator};
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
@@ -56,22 +57,24 @@ reply, and anything that is not an answer of such a controller, ends the job, as
 WPTEACH if nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it
 rests; Ctrl-C again does not wait. What is switched on stays on. If it ends early, it names the line
 with which --from goes on.",
-    after_long_help = "\
+    after_long_help = concat!("\
 Examples:
-  vimc4 send examples/plate.ncp --to ./vimc4.pty --machine mill
-  vimc4 send examples/plate.ncp --to /dev/ttyUSB0 --model imc-s8 --machine examples/machine.toml --teach
-  vimc4 send examples/plate.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mill --from 12
-  vimc4 send examples/board.plt --to /dev/ttyUSB0 --model smcu --machine board-plotter
+  vimc4 send examples/plate.ncp --to ", here!("./vimc4.pty", "COM7"), " --machine mill
+  vimc4 send examples/plate.ncp --to ", here!("/dev/ttyUSB0", "COM3"), " --model imc-s8 --machine examples/machine.toml --teach
+  vimc4 send examples/plate.ncp --to ", here!("/dev/ttyUSB0", "COM3"), " --model imc-s8 --machine mill --from 12
+  vimc4 send examples/board.plt --to ", here!("/dev/ttyUSB0", "COM3"), " --model smcu --machine board-plotter
   vimc4 send examples/commands.txt --to tcp:127.0.0.1:4004 --machine mill --yes
 
 Exit codes: 0 all was done, 1 an error in the file, an error reply, no answer, or a stop by Ctrl-C, 2 wrong
-usage, 3 it was ended before its end."
+usage, 3 it was ended before its end.")
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Where the controller is: a serial port, a pseudo-terminal, or host:port
-    #[arg(long, value_name = "PORT", add = completions::ports())]
+    #[arg(long, value_name = "PORT", add = completions::ports(), help = here!(
+        "Where the controller is: a serial port, a pseudo-terminal, or host:port",
+        "Where the controller is: a serial port, or host:port"
+    ))]
     to: String,
     /// The speed of a serial port; by default the model's
     #[arg(long, value_name = "RATE")]

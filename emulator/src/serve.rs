@@ -24,6 +24,7 @@ use crate::coverage;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
@@ -40,7 +41,8 @@ const FAREWELL: Duration = Duration::from_millis(10);
 const STANDSTILL: Duration = Duration::from_millis(500);
 
 /// Exit codes of serving, and how it is begun.
-const EXAMPLES: &str = "\
+const EXAMPLES: &str = concat!(
+    "\
 Examples:
   vimc4 serve -v
   vimc4 serve --model imc-s8 --machine mill --flash program.flash
@@ -49,13 +51,22 @@ Examples:
   vimc4 serve --time instant --coverage coverage.json
   vimc4 serve --json --time instant --count 8 --until-stdin-closes
   vimc4 serve --web
-  VIMC4_LOG=info vimc4 serve
-
+",
+    here!("  VIMC4_LOG=info vimc4 serve\n", "  vimc4 serve --serial COM7\n"),
+    "
 It answers orders on standard input, such as press stop, position and quit; help lists them.
 VIMC4_LOG=warn, info, debug or trace writes what happens to standard error, as structured events.
 
+",
+    here!(
+        "\
 Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
-not begin, 131 it was ended by SIGQUIT (Ctrl-\\).";
+not begin, 131 it was ended by SIGQUIT (Ctrl-\\).",
+        "\
+Exit codes: 0 it was ended by quit, by Ctrl-C, Ctrl-Break or the end of its window, or with standard
+input, 1 it ended by itself, 2 it could not begin."
+    )
+);
 
 #[derive(clap::Args)]
 #[command(after_long_help = EXAMPLES)]
@@ -68,10 +79,10 @@ pub(crate) struct Arguments {
     pub(crate) machine: String,
     /// A pseudo-terminal and a link to it of this name; `none` for no pseudo-terminal. Several controllers get
     /// ./vimc4-1.pty, ./vimc4-2.pty …
-    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
+    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY, hide = cfg!(not(unix)))]
     pub(crate) pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
-    #[arg(long)]
+    #[arg(long, hide = cfg!(not(unix)))]
     pub(crate) replace: bool,
     /// Listen on this address; `none` for no TCP port, port 0 for a free one. Several controllers
     /// get this port and the following ones
@@ -91,9 +102,12 @@ pub(crate) struct Arguments {
     /// Make every character take as long as on a serial line
     #[arg(long)]
     pub(crate) line_pacing: bool,
-    /// Read bytes as the speeds of both ends of the line have it: a client whose port has the wrong speed
-    /// hears and sends noise. Its port is a pseudo-terminal or one of RFC 2217. Includes --line-pacing
-    #[arg(long)]
+    #[arg(long, help = concat!(
+        "Read bytes as the speeds of both ends of the line have it: a client whose port has the wrong \
+         speed hears and sends noise. Its port is ",
+        here!("a pseudo-terminal or one of RFC 2217", "one of RFC 2217"),
+        ". Includes --line-pacing"
+    ))]
     pub(crate) line_physics: bool,
     /// Keep the flash memory in this file, which is created if it does not exist. Several controllers get
     /// NAME-1.EXT, NAME-2.EXT …

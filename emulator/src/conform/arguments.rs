@@ -6,30 +6,31 @@ use std::path::PathBuf;
 use vimc4_device::AXES;
 
 use crate::completions;
+use crate::here::here;
 use crate::values::duration;
 
 #[derive(clap::Args)]
 #[command(
-    long_about = "\
+    long_about = concat!("\
 Play the fixture sessions against any port, including real hardware, and report what differs
 
 Each session is a conversation: what is sent, and what a controller must answer, from its manual
-or from the field. PORT is a serial port (/dev/ttyUSB0, COM3), the link of a pseudo-terminal
-(./vimc4.pty) or TCP (127.0.0.1:4004, tcp:HOST:PORT). No other program may use it meanwhile.
+or from the field. PORT is a serial port (", here!("/dev/ttyUSB0, COM3), the link of a pseudo-terminal
+(./vimc4.pty)", "COM3)"), " or TCP (127.0.0.1:4004, tcp:HOST:PORT). No other program may use it meanwhile.
 
 The controller is reset before each session: it forgets its settings and reference points, and
 a program that runs ends. Without --allow nothing moves, no output is switched, and nothing is
 written to the flash memory. What differs is reported with the quirk or value of the profile that
-would explain it.",
-    after_long_help = "\
+would explain it."),
+    after_long_help = concat!("\
 Exit codes: 0 all sessions passed, 1 something differs, 2 it could not be played, or not to its end.
 
 Examples:
-  vimc4 conform ./vimc4.pty
-  vimc4 conform /dev/ttyUSB0 --model imc-s8 --baud 9600
+  vimc4 conform ", here!("./vimc4.pty", "COM7"), "
+  vimc4 conform ", here!("/dev/ttyUSB0", "COM3"), " --model imc-s8 --baud 9600
   vimc4 conform 127.0.0.1:4004 line/ errors/ --verbose
   vimc4 conform --list --allow moves --envelope 5000,5000,0..2000
-  vimc4 conform COM3 --allow moves,reference,outputs,flash --envelope 20000,20000,0..5000"
+  vimc4 conform COM3 --allow moves,reference,outputs,flash --envelope 20000,20000,0..5000")
 )]
 pub(crate) struct Arguments {
     /// The port; not needed with --list, and may be left out then

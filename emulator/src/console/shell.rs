@@ -162,8 +162,11 @@ impl<C: Console> Drop for Shell<C> {
 /// is no home.
 fn remembered() -> Option<PathBuf> {
     let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")))?;
-    Some(state.join("vimc4/console-history"))
+    let state = match cfg!(windows) {
+        true => set("LOCALAPPDATA")?,
+        false => set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")))?,
+    };
+    Some(state.join("vimc4").join("console-history"))
 }
 
 impl<C: Console> Completer for Table<C> {

@@ -17,6 +17,7 @@ use crate::answers;
 use crate::completions;
 use crate::endings::Endings;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::port::{Port, PortError};
 use crate::values::size;
 
@@ -27,36 +28,38 @@ const LISTEN: Duration = Duration::from_secs(3_600);
 
 #[derive(clap::Args)]
 #[command(
-    long_about = "\
+    long_about = concat!("\
 Record what passes between host software and a real controller
 
-It sits between the two: the host software opens LINK or connects to ADDR, and every byte is passed on at
+It sits between the two: the host software ", here!("opens LINK or ", ""), "connects to ADDR, and every byte is passed on at
 once and as it came, in both directions, and recorded with its time. Serial parameters are 8N1 at the
 model's speed. A device that is unplugged is opened again when it is back; what is sent meanwhile is
 lost, which the recording notes. Ctrl-C ends it.
 
 `vimc4 replay FILE` then plays what was sent into the virtual controller, compares what it says, and names
-the quirk that would explain a difference.",
-    after_long_help = "\
-Examples:
-  vimc4 record monday.jsonl --device /dev/ttyUSB0 --pty ./machine
-  vimc4 record monday.jsonl.gz --device COM3 --model imc-s8 --tcp 127.0.0.1:4444
-  vimc4 record both.jsonl --device 127.0.0.1:4004 --pty ./machine
-
-Exit codes: 0 it was ended, 2 it could not begin."
+the quirk that would explain a difference."),
+    after_long_help = concat!(
+        "Examples:\n",
+        here!("  vimc4 record monday.jsonl --device /dev/ttyUSB0 --pty ./machine\n", ""),
+        "  vimc4 record monday.jsonl.gz --device COM3 --model imc-s8 --tcp 127.0.0.1:4444\n",
+        here!("  vimc4 record both.jsonl --device 127.0.0.1:4004 --pty ./machine\n", ""),
+        "\nExit codes: 0 it was ended, 2 it could not begin."
+    )
 )]
 pub(crate) struct Arguments {
     /// The recording, a new file; .gz and .zst are compressed when it ends
     file: PathBuf,
-    /// The controller: a serial port, the link of a pseudo-terminal, or HOST:PORT
-    #[arg(long, value_name = "DEV", add = completions::ports())]
+    #[arg(long, value_name = "DEV", add = completions::ports(), help = here!(
+        "The controller: a serial port, the link of a pseudo-terminal, or HOST:PORT",
+        "The controller: a serial port, or HOST:PORT"
+    ))]
     device: String,
     /// A pseudo-terminal for the host software, with a link of this name
     #[cfg(unix)]
     #[arg(long, value_name = "LINK", required_unless_present = "tcp")]
     pty: Option<PathBuf>,
     /// Listen for the host software on this address; port 0 for a free one
-    #[arg(long, value_name = "ADDR")]
+    #[arg(long, value_name = "ADDR", required = cfg!(not(unix)))]
     tcp: Option<String>,
     /// The speed of a serial port; by default the model's
     #[arg(long, value_name = "RATE")]

@@ -7,12 +7,13 @@ use std::time::Duration;
 use vimc4::sweep::{Choice, Harm, Mode, Shard};
 
 use crate::completions;
+use crate::here::here;
 use crate::values::duration;
 
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    long_about = "\
+    long_about = concat!("\
 Try every fault on host software or a recorded session, and report what comes of it
 
 With a host command, behind `--`: it runs once without a fault, and must succeed. From this run every
@@ -20,27 +21,28 @@ byte each way, every command, every quarter of a motion and every answer is coun
 each of them and each thing that can go wrong there: bytes that are lost, garbled, late or come twice,
 STOP, the emergency stop, a limit switch, a power failure. Each goes wrong once (transient), for good
 (persistent), and once with a second fault behind it (compound). The controller is a new one in each run, and its
-time passes whenever nobody is busy. The command finds it in VIMC4_PORT, a serial port, or VIMC4_TCP,
-HOST:PORT, and wherever {port} or {tcp} stands in its arguments.
+time passes whenever nobody is busy. The command finds it in ", here!("VIMC4_PORT, a serial port, or VIMC4_TCP,
+HOST:PORT, and wherever {port} or {tcp} stands in its arguments.", "VIMC4_TCP,
+HOST:PORT, and wherever {tcp} stands in its arguments."), "
 
 Where the host would hear what it has heard in another run, it is not run again: it does the same. Runs in \
 which the host does the same are one outcome. Of each the smallest case is kept as a recording, which
 `vimc4 replay` and `vimc4 console` open.
 
 With a recorded session the inputs are what they are, and what differs are the answers and where the machine ends
-up.",
-    after_long_help = "\
+up."),
+    after_long_help = concat!("\
 Examples:
   vimc4 sweep examples/limit.jsonl --out limit
   vimc4 sweep -- python3 -m unittest discover examples/sweep
-  vimc4 sweep --model imc-s8 --machine mill -- ./driver --port {port}
+  vimc4 sweep --model imc-s8 --machine mill -- ./driver --port ", here!("{port}", "{tcp}"), "
   vimc4 sweep --shard 3/16 --out part-3 -- pytest tests
   vimc4 sweep merge part-1 part-2 part-3 --out whole
 
 docs/sweep.md explains the report.
 
 Exit codes: 0 nothing is wrong with the host, 1 something is: it hangs, crashes, moves before a
-reference run, or reports success with the machine elsewhere; 2 wrong usage, or it fails without a fault."
+reference run, or reports success with the machine elsewhere; 2 wrong usage, or it fails without a fault.")
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

@@ -47,14 +47,14 @@ impl Folder {
             Ok(text) => {
                 let mut results = results;
                 let whole = results.read(&text).map_err(|error| wrong(&name, error, ELSEWHERE))?;
-                let file = OpenOptions::new().append(true).open(&name).map_err(failed)?;
                 // A line that was being written is written again.
-                file.set_len(whole as u64).map_err(failed)?;
+                let cut = OpenOptions::new().write(true).open(&name);
+                cut.and_then(|file| file.set_len(whole as u64)).map_err(failed)?;
+                let file = added_to().open(&name).map_err(failed)?;
                 Folder { path: path.to_owned(), file, name, results }
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {
-                let file = OpenOptions::new().append(true).create_new(true).open(&name);
-                let file = file.map_err(failed)?;
+                let file = added_to().create_new(true).open(&name).map_err(failed)?;
                 Folder { path: path.to_owned(), file, name, results }
             }
             Err(error) => return Err(failed(error)),
@@ -193,6 +193,13 @@ fn tidy(folder: &Path, results: &[&Results]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// How a file is opened to which lines are added. Windows locks none that could not be read, too.
+fn added_to() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).append(true);
+    options
 }
 
 /// Writes a file so that it is there as a whole or as it was.

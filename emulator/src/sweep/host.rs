@@ -27,11 +27,15 @@ use super::limit::Limit;
 use super::slots::{Slot, Slots};
 use super::{reel, report};
 use crate::failure::Failure;
+use crate::here::here;
 use crate::recording::controller::PlayedDevice;
 use crate::text::shown_in_line;
 
 /// So much of what a host prints is kept.
 const PRINTED: u64 = 1 << 16;
+
+/// Where a host finds the controller.
+const FOUND_IN: &str = here!("VIMC4_PORT, or where {port}", "VIMC4_TCP, or where {tcp}");
 
 /// How long a host may take without a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -75,6 +79,12 @@ struct Judged {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let names_port = |word: &OsString| word.to_string_lossy().contains("{port}");
+    if cfg!(not(unix)) && arguments.command.iter().any(names_port) {
+        return Err(Failure::usage(
+            "{port} stands for a pseudo-terminal, and this system has none; use {tcp}, which is HOST:PORT",
+        ));
+    }
     let stand = Stand::new(&arguments.model, &arguments.machine)?;
     let mut runs = Runs {
         arguments,
@@ -145,15 +155,15 @@ impl Runs<'_> {
                     last.map_or_else(String::new, |line| format!(", having printed \"{line}\""));
                 return Err(Failure::usage(format!(
                     "the host {how} without any fault{last}; make it pass first: it finds the controller \
-                     in VIMC4_PORT, or where {{port}} stands in its arguments"
+                     in {FOUND_IN} stands in its arguments"
                 )));
             }
             let session = self.stand.session(&ran.given, &self.arguments.choice(true))?;
             if session.clean().to_controller.is_empty() {
-                return Err(Failure::usage(
+                return Err(Failure::usage(format!(
                     "the host has sent nothing to the controller; have it open the port that is named in \
-                     VIMC4_PORT, or where {port} stands in its arguments",
-                ));
+                     {FOUND_IN} stands in its arguments"
+                )));
             }
             sessions.push((session, ran.given));
         }
@@ -247,13 +257,17 @@ impl Runs<'_> {
     fn host(&self, faults: &[Fault], point: &str) -> Result<Ran, Failure> {
         let slot = self.slots.take();
         let trial = self.stand.begin(faults)?;
-        let port = trial.emulator().port().map(Path::to_owned).unwrap_or_default();
+        let port = trial.emulator().port().map(Path::to_owned);
         let tcp =
             trial.emulator().tcp_addr().map(|address| address.to_string()).unwrap_or_default();
         let filled = |word: &OsString| -> OsString {
             match word.to_str() {
                 Some(text) => {
-                    text.replace("{port}", &port.to_string_lossy()).replace("{tcp}", &tcp).into()
+                    let text = text.replace("{tcp}", &tcp);
+                    match &port {
+                        Some(port) => text.replace("{port}", &port.to_string_lossy()).into(),
+                        None => text.into(),
+                    }
                 }
                 None => word.clone(),
             }
@@ -263,7 +277,10 @@ impl Runs<'_> {
         let cannot = |error: io::Error| cannot_run(&program, &error);
         let mut printed = scratch().map_err(cannot)?;
         let mut command = Command::new(&program);
-        command.args(words).env("VIMC4_PORT", &port).env("VIMC4_TCP", &tcp);
+        command.args(words).env("VIMC4_TCP", &tcp);
+        if let Some(port) = &port {
+            command.env("VIMC4_PORT", port);
+        }
         command.env("VIMC4_POINT", point).stdin(Stdio::null());
         command.stdout(printed.try_clone().map_err(cannot)?);
         command.stderr(printed.try_clone().map_err(cannot)?);
