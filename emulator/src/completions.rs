@@ -202,9 +202,11 @@ fn named_ports() -> Vec<String> {
 }
 
 /// A program and its arguments: what is on the PATH first, then files.
+#[cfg(unix)]
 #[derive(Clone)]
 pub(crate) struct Program;
 
+#[cfg(unix)]
 impl ValueCompleter for Program {
     fn complete(&self, current: &OsStr) -> Vec<CompletionCandidate> {
         self.complete_at(0, current)
@@ -220,6 +222,7 @@ impl ValueCompleter for Program {
 }
 
 /// The programs whose names begin with the typed text, if there is any: all would be thousands.
+#[cfg(unix)]
 fn on_path(typed: &str) -> impl Iterator<Item = CompletionCandidate> {
     let folders = env::var_os("PATH").filter(|_| !typed.is_empty()).unwrap_or_default();
     let files = env::split_paths(&folders).filter_map(|folder| folder.read_dir().ok()).flatten();
@@ -235,11 +238,6 @@ fn is_program(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
 
     path.metadata().is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn is_program(path: &Path) -> bool {
-    path.is_file()
 }
 
 /// The orders of these verbs for the model that was typed, in the form that an option takes them.

@@ -17,6 +17,7 @@ use vimc4_conform::player::Timing;
 
 use crate::endings;
 use crate::failure::Failure;
+use crate::here::here;
 use crate::port::Port;
 pub(crate) use arguments::Arguments;
 use chosen::{allowed, choose};

@@ -257,10 +257,8 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
     }
     let emulators = ports.start(model, &machine)?;
     for emulator in &emulators {
-        #[cfg(unix)]
         links.add(emulator.port());
         let places = [
-            #[cfg(unix)]
             emulator.port().map(|path| format!("pty {}\n", path.display())),
             emulator.tcp_addr().map(|address| format!("tcp {address}\n")),
             emulator.serial().map(|device| format!("serial {device}\n")),

@@ -51,6 +51,7 @@ impl Failure {
     }
 
     /// A program that was to be run cannot be; the code says so as shells do.
+    #[cfg(unix)]
     pub(crate) fn of_program(text: impl ToString, code: u8) -> Failure {
         Failure::new(&text.to_string(), code)
     }

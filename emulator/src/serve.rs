@@ -307,6 +307,7 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 
 /// Ends all controllers, those that are ready and those of a start that has failed, and leaves
 /// nothing behind.
+#[cfg(unix)]
 pub(crate) async fn finish(
     arguments: &Arguments,
     emulators: Vec<Emulator>,

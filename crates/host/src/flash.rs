@@ -146,6 +146,7 @@ impl FlashFile {
 
     /// Puts a new file in the place of the old one, so that a crash leaves either the old or
     /// the new image.
+    #[cfg(unix)]
     fn replace(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut name = self.path.file_name().unwrap_or_default().to_owned();
         // Always the same name: what a killed process left behind is taken over. The lock on
@@ -162,6 +163,21 @@ impl FlashFile {
         Ok(())
     }
 
+    /// Writes the new image over the old one: another file cannot take the place of one that is open.
+    /// The lock keeps everybody from reading a half, but a crash of the computer may leave one.
+    #[cfg(not(unix))]
+    fn replace(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let length = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+        self.file.seek(SeekFrom::Start(0))?;
+        self.file.write_all(bytes)?;
+        self.file.set_len(length)?;
+        self.file.sync_all()?;
+        self.length = length;
+        self.dirty = false;
+        Ok(())
+    }
+
+    #[cfg(unix)]
     fn write_fresh(&self, fresh: &Path, bytes: &[u8]) -> io::Result<File> {
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(true).open(fresh)?;
@@ -247,11 +263,6 @@ pub fn is_at(_: &File, _: &Path) -> io::Result<bool> {
 fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
-}
-
-#[cfg(not(unix))]
-fn sync_folder(_: &Path) -> io::Result<()> {
-    Ok(())
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
+#[cfg(not(unix))]
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -137,7 +139,7 @@ pub fn add_coverage(path: impl AsRef<Path>, met: &Coverage) -> Result<Coverage, 
         let wrong = |source| CoverageFileError::Content { path: path.to_owned(), source };
         whole.merge(&before).map_err(wrong)?;
     }
-    replace(path, &whole.to_json()).map_err(failed)?;
+    replace(&file, path, &whole.to_json()).map_err(failed)?;
     // Only now may others have it.
     drop(file);
     Ok(whole)
@@ -189,8 +191,19 @@ fn locked(path: &Path) -> io::Result<File> {
     }
 }
 
+/// Writes over the file that is locked, which keeps readers out: another file cannot take the place of one
+/// that is open.
+#[cfg(not(unix))]
+fn replace(mut file: &File, _: &Path, text: &str) -> io::Result<()> {
+    file.seek(SeekFrom::Start(0))?;
+    file.write_all(text.as_bytes())?;
+    file.set_len(text.len() as u64)?;
+    file.sync_all()
+}
+
 /// Puts a new file in the place of the one that is locked.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
+#[cfg(unix)]
+fn replace(_: &File, path: &Path, text: &str) -> io::Result<()> {
     // A link leads to the same file as before.
     let path = fs::canonicalize(path)?;
     let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -204,6 +217,7 @@ fn replace(path: &Path, text: &str) -> io::Result<()> {
     written
 }
 
+#[cfg(unix)]
 fn write(path: &Path, text: &str) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(text.as_bytes())?;

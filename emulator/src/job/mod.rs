@@ -4,5 +4,6 @@ pub(crate) mod file;
 pub(crate) mod operator;
 pub(crate) mod perform;
 pub(crate) mod source;
+mod typing;
 pub(crate) mod unit;
 pub(crate) mod virtual_time;

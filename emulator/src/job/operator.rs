@@ -8,18 +8,14 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use indicatif::ProgressBar;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
 use vimc4_device::{StartButton, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
 use super::perform::{Attendant, Decision, shown};
+use super::typing::Typing;
 use crate::text::shown_in_line;
-
-/// How much pending terminal input is read, in bytes, before it is examined.
-const MOST_TYPED: usize = 1 << 16;
 
 /// What is said to a person, and what they say.
 pub(crate) struct Operator<'t> {
@@ -106,28 +102,6 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// Waits for a typed line, and takes the lines that follow it by then: of lines that come at once
-/// only the first can answer the question. `None` when the input has ended.
-fn lines_typed_at_once() -> Option<Vec<String>> {
-    let stdin = io::stdin();
-    let mut typed = Vec::new();
-    loop {
-        let mut buffer = [0; 4096];
-        match rustix::io::read(&stdin, &mut buffer) {
-            Err(Errno::INTR) => continue,
-            Ok(0) | Err(_) if typed.is_empty() => return None,
-            Ok(0) | Err(_) => break,
-            Ok(count) => typed.extend_from_slice(&buffer[..count]),
-        }
-        let mut fds = [PollFd::new(&stdin, PollFlags::IN)];
-        let more = matches!(poll(&mut fds, Some(&Timespec::default())), Ok(1..));
-        if typed.ends_with(b"\n") && (!more || typed.len() > MOST_TYPED) {
-            break;
-        }
-    }
-    Some(String::from_utf8_lossy(&typed).lines().map(str::to_owned).collect())
-}
-
 /// Whether the operator wants the job to end.
 fn is_end(word: &str) -> bool {
     ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
@@ -181,7 +155,8 @@ impl<'t> Operator<'t> {
         let (sender, typed) = channel();
         let asking = Arc::clone(&self.asking);
         let reader = move || {
-            while let Some(lines) = lines_typed_at_once() {
+            let mut typing = Typing::begin();
+            while let Some(lines) = typing.next() {
                 if !asking.load(Ordering::SeqCst) {
                     stop();
                     continue;

@@ -103,18 +103,19 @@ impl Folder {
 
     /// Puts the results in order, and removes recordings of cases that are not the smallest.
     pub(super) fn finish(self) -> Result<Results, Failure> {
-        // Where a lock keeps readers out, too.
-        self.file.unlock().map_err(|error| cannot(&self.path, error))?;
+        let Folder { path, file, name, results } = self;
+        // A lock may keep readers out, and another file from taking the place of this one.
+        drop(file);
         // Another shard may have its cases in the same folder.
-        let mut all = self.results.clone();
-        for file in results_in(&self.path).map_err(|error| cannot(&self.path, error))? {
+        let mut all = results.clone();
+        for file in results_in(&path).map_err(|error| cannot(&path, error))? {
             if let Ok(text) = fs::read_to_string(&file) {
                 let _ = all.read(&text);
             }
         }
-        write_whole(&self.name, &lines(&self.results.lines()))?;
-        tidy(&self.path, &[&all, &self.results])?;
-        Ok(self.results)
+        write_whole(&name, &lines(&results.lines()))?;
+        tidy(&path, &[&all, &results])?;
+        Ok(results)
     }
 }
 

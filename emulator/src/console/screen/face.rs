@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::env;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -199,7 +199,7 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
 /// Stops the program as Ctrl-Z does, until the shell lets it go on.
 #[cfg(unix)]
 fn suspend() {
-    let _ = io::stdout().flush();
+    let _ = io::Write::flush(&mut io::stdout());
     // Of the whole group, as the terminal does it: whoever waits for the program sees it too.
     let _ = rustix::process::kill_current_process_group(rustix::process::Signal::TSTP);
 }

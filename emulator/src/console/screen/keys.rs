@@ -7,6 +7,7 @@ use ratatui::widgets::{Clear, Widget};
 
 use super::brush::Brush;
 use super::ink::{Ink, Inks};
+use crate::here::here;
 
 /// What a key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,7 +114,7 @@ const KEYS: &[Key] = &[
     letter('?', "?", "these keys", Act::Keys),
     key(KeyCode::Esc, "", "", Act::Redraw),
     control('l', "", "", Act::Redraw),
-    control('z', "Ctrl-Z", "suspend; `fg` comes back", Act::Suspend),
+    control('z', here!("Ctrl-Z", ""), here!("suspend; `fg` comes back", ""), Act::Suspend),
     letter('q', "q", "quit, or back to lines", Act::Quit),
     control('c', "", "", Act::Quit),
     control('d', "", "", Act::Quit),
