@@ -107,8 +107,8 @@ same() {
     same replay examples/limit.jsonl --quirk stop_reply=F0
     same diff examples/limit.jsonl examples/overlooked.jsonl
     same coverage coverage.json
-    same sweep examples/limit.jsonl --out swept
-    same sweep examples/limit.jsonl --out swept --resume
+    same sweep examples/limit.jsonl --out swept --shard 1/64
+    same sweep examples/limit.jsonl --out swept --shard 1/64 --resume
     same console examples/commands.txt --machine mill --script examples/look.txt
     same console examples/commands.txt --machine mill --script crlf/look.txt
     same circle --radius 200 --from 135 --to 225 --ccw --speed 1500

@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 22] = [
+const PAGES: [(&str, &str); 23] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
@@ -41,6 +41,7 @@ const PAGES: [(&str, &str); 22] = [
     ("docs/sweep.md", include_str!("../../docs/sweep.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
     ("docs/waves.md", include_str!("../../docs/waves.md")),
+    ("docs/windows.md", include_str!("../../docs/windows.md")),
 ];
 
 /// Command lines that are not run here: where they are in the documents, how they begin, and why not.
@@ -86,7 +87,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/connect.md", "wine ", "emulator/tests/connect: Wine"),
     ("docs/connect.md", "wineserver ", "emulator/tests/connect: Wine"),
     ("docs/connect.md", "VBoxManage ", "not tried, as the page says"),
-    ("docs/connect.md", "hub4com ", "not tried, as the page says"),
+    ("docs/windows.md", "hub4com ", "not tried, as the page says"),
+    ("docs/windows.md", "vimc4 serve --serial", "needs Windows; ci/windows.sh"),
+    ("docs/windows.md", "vimc4 doctor COM8", "needs Windows; ci/windows.sh"),
+    ("docs/windows.md", "vimc4 completions powershell", "needs PowerShell"),
     ("docs/connect.md", "vimc4 serve --serial", "needs a serial port; emulator/tests/hostile.rs"),
     ("docs/profiles.md", "vimc4 serve --machine mine.toml", "is refused; a test below"),
     ("docs/ncp.md", "vimc4 ncp check examples/plate.ncp --machine mill", "a test below"),
