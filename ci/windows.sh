@@ -3,7 +3,7 @@
 #   ci/windows.sh VIMC4.EXE VIMC4
 # Both write the same reports, recordings and pictures, to the byte. The one for Windows answers clients of this
 # system over TCP and over a serial port, and is such a client itself. It needs Wine, socat and curl, and a MinGW
-# compiler where Wine has no bcryptprimitives.dll.
+# compiler where Wine has no bcryptprimitives.dll. CONTROLLERS says how many of each model run at the same time.
 set -euo pipefail
 exe=$(realpath "$1")
 here=$(realpath "$2")
@@ -148,15 +148,17 @@ serve() {
 }
 # address NAME NUMBER: where its controller of that number listens.
 address() { grep -o '"tcp":"[^"]*"' "$folder/$1.json" | sed -n "$2s/.*:\"\(.*\)\"/\1/p"; }
-# All sessions that a port can show, of all models, in true time; four controllers of each model share them.
+# All sessions that a port can show, of all models, in true time. Several controllers of each model share them, as
+# many as the computer can serve without answers being late.
+each=${CONTROLLERS:-2}
 models=$("$here" models | cut -d ' ' -f 1)
 all=(--allow "moves,reference,outputs,flash" --envelope "100000,100000,100000,100000" --yes --tolerance 3s)
 players=()
 for model in $models; do
-    serve "$model" --model "$model" --tcp 127.0.0.1:0 --count 4 --flash "$model.flash"
+    serve "$model" --model "$model" --tcp 127.0.0.1:0 --count "$each" --flash "$model.flash"
     "$here" conform --list --model "$model" "${all[@]}" | sed -n 's/^\([a-z][^ ]*\).*/\1/p' >"$folder/$model.sessions"
-    for number in 1 2 3 4; do
-        mapfile -t sessions < <(sed -n "$number~4p" "$folder/$model.sessions")
+    for number in $(seq "$each"); do
+        mapfile -t sessions < <(sed -n "$number~${each}p" "$folder/$model.sessions")
         [ "${#sessions[@]}" -gt 0 ] || continue
         "$here" conform "$(address "$model" "$number")" --model "$model" "${all[@]}" "${sessions[@]}" \
             >"$folder/$model.$number.said" 2>&1 &
