@@ -171,7 +171,7 @@ const TESTS = {
         const { uri } = await open("commands.txt");
         const document = await until("the language", () => vscode.workspace.textDocuments.find((known) => known.uri.path === uri.path && known.languageId === "isel"));
         vscode.debug.addBreakpoints([new vscode.SourceBreakpoint(new vscode.Location(document.uri, new vscode.Position(8, 0)))]);
-        await event("stopped", () => vscode.debug.startDebugging(vscode.workspace.workspaceFolders[0], { type: "", request: "", name: "" }));
+        await event("stopped", () => vscode.commands.executeCommand("workbench.action.debug.start"));
         const session = vscode.debug.activeDebugSession;
         assert.equal(session.configuration.machine, "mill");
         assert.equal(await line(session), 2);
