@@ -85,10 +85,10 @@ const EVERYTHING_BUT_FAMILIES: &[&str] = &[
 ];
 
 /// Those that look at the house as a whole may use all.
-const WHOLE: [&str; 2] = ["vimc4-tests", "vimc4-bench"];
+const WHOLE: [&str; 3] = ["vimc4-tests", "vimc4-bench", "vimc4-site"];
 
 /// Where clocks, sockets, threads of an executor and serial ports may live.
-const OUTER: [&str; 11] = [
+const OUTER: [&str; 12] = [
     "vimc4-host",
     "vimc4-lines",
     "vimc4",
@@ -98,6 +98,7 @@ const OUTER: [&str; 11] = [
     "vimc4-emulator",
     "vimc4-tests",
     "vimc4-bench",
+    "vimc4-site",
     "example-driver",
     "xtask",
 ];

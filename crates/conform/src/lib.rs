@@ -4,6 +4,7 @@
 //!   [`fixtures`] has the built-in ones;
 //! * [`workshop`] makes the controllers that they are about, and [`play`](mod@play) plays them
 //!   on such a device, in the model's own time;
+//! * [`transcript`] tells step by step how one goes, for people to read;
 //! * [`choice`] says which of them can be played through a port, and what that would do to the
 //!   machine behind it;
 //! * [`player`] plays one through a port without knowing the port or a clock, and [`rehearsal`]
@@ -23,5 +24,6 @@ pub mod player;
 pub mod rehearsal;
 pub mod script;
 pub mod source;
+pub mod transcript;
 pub mod travel;
 pub mod workshop;

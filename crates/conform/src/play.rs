@@ -62,6 +62,10 @@ pub struct Glance<'a, D> {
     pub ended: Time,
     /// The device after it.
     pub device: &'a D,
+    /// What the device has sent meanwhile, byte by byte.
+    pub heard: &'a [(Time, u8)],
+    /// Why an error was answered meanwhile, in the words of the log.
+    pub why: Option<&'a str>,
     /// How far the axes have gone since the controller was new.
     pub travel: &'a Travel,
     /// The flash memory has been written since the controller was new.
@@ -80,6 +84,20 @@ pub struct Failure {
     got: String,
     now: Time,
     since: u64,
+}
+
+impl Failure {
+    /// What should have come or been.
+    #[must_use]
+    pub fn expected(&self) -> &str {
+        &self.expected
+    }
+
+    /// What came or was instead.
+    #[must_use]
+    pub fn got(&self) -> &str {
+        &self.got
+    }
 }
 
 impl fmt::Display for Failure {
@@ -140,6 +158,8 @@ pub(crate) fn play_watched<D: Device>(
         drive,
         stopwatch: Time::ZERO,
         received: VecDeque::new(),
+        heard: Vec::new(),
+        has_told_why: false,
         warnings: Vec::new(),
         why: String::new(),
         flash: Vec::new(),
@@ -150,6 +170,8 @@ pub(crate) fn play_watched<D: Device>(
     player.run_to(Time::ZERO);
     for (index, step) in session.steps.iter().enumerate() {
         let began = player.harness.now();
+        player.heard.clear();
+        player.has_told_why = false;
         let result = match step.action {
             Action::Restart => player.restart(&build),
             Action::New => player.replace(session, &build),
@@ -161,6 +183,8 @@ pub(crate) fn play_watched<D: Device>(
             began,
             ended: player.harness.now(),
             device: player.harness.device(),
+            heard: &player.heard,
+            why: player.has_told_why.then_some(player.why.as_str()),
             travel: &player.travel,
             wrote_flash: player.wrote_flash,
         });
@@ -185,9 +209,13 @@ struct Player<D> {
     drive: Drive,
     stopwatch: Time,
     received: VecDeque<(Time, u8)>,
+    /// What has come during the step.
+    heard: Vec<(Time, u8)>,
     warnings: Vec<String>,
     /// Why the last error was answered.
     why: String,
+    /// Whether that was during the step.
+    has_told_why: bool,
     flash: Vec<u8>,
     record: Record,
     travel: Travel,
@@ -293,6 +321,7 @@ impl<D: Device> Player<D> {
             match output {
                 Output::Bytes(at, bytes) => {
                     self.received.extend(bytes.iter().map(|byte| (at, *byte)));
+                    self.heard.extend(bytes.iter().map(|byte| (at, *byte)));
                 }
                 Output::Flash(_, change) => {
                     self.record.wrote_flash = true;
@@ -317,6 +346,7 @@ impl<D: Device> Player<D> {
                 if self.family.refusal(&bytes).is_some() || why.is_some() {
                     let why = why.unwrap_or_default().into_string();
                     self.why.clone_from(&why);
+                    self.has_told_why = !why.is_empty();
                     let error = kind.clone().map(|kind| (mnemonic.clone(), kind, why));
                     self.record.errors.extend(error);
                 }
