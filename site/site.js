@@ -103,10 +103,10 @@
       if (at < rows.children.length) playing = setTimeout(step, Math.min(Math.max(took / 1e6, 250), 2000));
       else halt();
     };
-    const first = button("⏮", "To the beginning", () => { halt(); go(0); });
+    const first = button("|◀", "To the beginning", () => { halt(); go(0); });
     const back = button("◀", "A line back", () => { halt(); go(at - 1); });
     const on = button("▶", "A line on", () => { halt(); go(at + 1); });
-    const last = button("⏭", "To the end", () => { halt(); go(rows.children.length); });
+    const last = button("▶|", "To the end", () => { halt(); go(rows.children.length); });
     const play = button("Play", "Play it line by line", () => {
       if (playing) return halt();
       if (at === rows.children.length) go(0);
