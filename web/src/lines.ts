@@ -5,7 +5,7 @@ import { KINDS, type Kind, type Path } from "./path";
 const DASHED: readonly Kind[] = ["rapid", "reference"];
 const FIRST = 1_024;
 /** So many of the latest lines are drawn whatever is left out of the others. */
-const LATEST = 2_048;
+const LATEST = 512;
 
 /** The lines of one kind. */
 class Lines {

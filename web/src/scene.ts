@@ -1,14 +1,15 @@
-// The machine in space: its table and envelope, limit switches, tool, and the way it has gone. It is
-// drawn only when something has changed.
+// The machine in space: its table and envelope, limit switches, tool, and the way it has gone.
 import {
   BoxGeometry, BufferGeometry, ConeGeometry, EdgesGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, OrthographicCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  LineSegments, Mesh, MeshBasicMaterial, OrthographicCamera, Scene, SphereGeometry, Vector3,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { MachineAxis } from "./api";
+import { mark } from "./dom";
 import { PathLines } from "./lines";
 import type { Machine } from "./machine";
 import { KINDS, type Place } from "./path";
+import { Screen } from "./screen";
 
 export type Way = "isometric" | "top" | "front" | "side";
 
@@ -25,20 +26,10 @@ const UNKNOWN_STEP = 0.0125;
 const OPEN = 60;
 /** The tool takes this long to be where it was heard of, in ms. */
 const GLIDE = 50;
-/** A frame that comes later than this is too slow, and one that comes earlier than that has time to spare, in ms. */
-const SLOW = 45;
-const QUICK = 20;
-/** After so many of those, more is drawn. */
-const QUICK_FRAMES = 40;
-/** One of so many of the older lines is drawn at least. */
-const COARSEST = 256;
-/** Nothing moves any more after this time, in ms. */
-const REST = 250;
-
 export class MachineScene {
   private scene = new Scene();
   private camera = new OrthographicCamera(-1, 1, 1, -1, -1e5, 1e5);
-  private renderer: WebGLRenderer;
+  private screen: Screen;
   private controls: OrbitControls;
   private path = new PathLines(this.scene);
   private frame = new Group();
@@ -54,13 +45,6 @@ export class MachineScene {
   private shown = new Vector3();
   private goal = new Vector3();
   private glidesUntil = 0;
-  private isAsked = false;
-  /** When the next frame was asked for. */
-  private asked = 0;
-  /** While something moves, one of so many of the older lines is drawn: as many as the computer can. */
-  private every = 1;
-  private quick = 0;
-  private rest: ReturnType<typeof setTimeout> | undefined;
   private way: Way = "isometric";
   private colours = "";
 
@@ -68,11 +52,13 @@ export class MachineScene {
     private readonly canvas: HTMLCanvasElement,
     private readonly labels: HTMLElement,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    const { scene, camera } = this;
+    this.screen = new Screen(canvas, { scene, camera, prepare: (...how) => this.prepare(...how) });
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("change", () => this.screen.draw());
+    this.controls.addEventListener("start", () => this.screen.hold(true));
+    this.controls.addEventListener("end", () => this.screen.hold(false));
     const cone = new ConeGeometry(0.5, 1.6, 24);
     cone.rotateX(-Math.PI / 2);
     cone.translate(0, 0, 0.8);
@@ -111,15 +97,13 @@ export class MachineScene {
     if (points.length > 0) points.push(goal);
     this.trail.geometry.dispose();
     this.trail.geometry = new BufferGeometry().setFromPoints(points);
-    this.draw();
+    this.screen.draw();
   }
 
   /** Gives back what the graphics have lent. */
   leave(): void {
-    clearTimeout(this.rest);
     this.controls.dispose();
-    this.renderer.dispose();
-    this.renderer.forceContextLoss();
+    this.screen.leave();
   }
 
   /** Looks from there, at everything. */
@@ -269,6 +253,7 @@ export class MachineScene {
     const key = ["--edge", "--path-feed"].map((name) => this.css(name)).join();
     if (key === this.colours) return;
     this.colours = key;
+    this.screen.ground(this.css("--ground"));
     for (const kind of KINDS) this.path.colour(kind, this.css(`--path-${kind}`));
     this.tool.material.color.set(this.css("--tool"));
     this.trail.material.color.set(this.css("--tool"));
@@ -281,7 +266,6 @@ export class MachineScene {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height, false);
     // What is to be seen, as the camera sees it.
     this.camera.updateMatrixWorld();
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
@@ -295,37 +279,12 @@ export class MachineScene {
     [this.camera.right, this.camera.left] = [(half * width) / height, (-half * width) / height];
     this.camera.updateProjectionMatrix();
     this.controls.update();
-    this.draw();
+    this.screen.draw();
   }
 
-  private draw(): void {
-    if (this.isAsked) return;
-    this.isAsked = true;
-    this.asked = performance.now();
-    requestAnimationFrame((now) => {
-      this.isAsked = false;
-      this.pace(performance.now() - this.asked);
-      this.path.coarsen(this.every);
-      this.render(now);
-      clearTimeout(this.rest);
-      if (this.every > 1) this.rest = setTimeout(() => this.complete(), REST);
-    });
-  }
-
-  /** Draws less of the older path while frames come late, and all of it again when they do not. */
-  private pace(waited: number): void {
-    this.quick = waited < QUICK ? this.quick + 1 : 0;
-    if (waited > SLOW && this.every < COARSEST) this.every *= 2;
-    else if (this.quick > QUICK_FRAMES && this.every > 1) [this.every, this.quick] = [this.every / 2, 0];
-  }
-
-  /** Nothing moves: everything is drawn, however long that takes. */
-  private complete(): void {
-    this.path.coarsen(1);
-    this.render(performance.now());
-  }
-
-  private render(now: number): void {
+  private prepare(now: number, every: number, isCoarse: boolean): void {
+    this.path.coarsen(every);
+    mark(this.labels.parentElement!, "data-coarse", String(isCoarse));
     const left = this.glidesUntil - now;
     if (left <= 0) this.shown.copy(this.goal);
     else this.shown.lerp(this.goal, Math.min(1, 16 / (left + 16)));
@@ -338,9 +297,8 @@ export class MachineScene {
       new Vector3(x, low.y, low.z), new Vector3(x, y, low.z),
       new Vector3(low.x, y, low.z), new Vector3(x, y, low.z),
     ]);
-    this.renderer.render(this.scene, this.camera);
     this.name();
-    if (left > 0) this.draw();
+    if (left > 0) this.screen.draw();
   }
 
   /** The names of the axes, at their ends; and where all that is on the page, for whoever looks there. */

@@ -7,7 +7,17 @@ const HOUR = 3_600_000_000_000;
 
 const browser = await browse("--enable-precise-memory-info");
 const server = await serve("--web", "--machine", "mill", "--time", "100x");
-const { page } = await open(browser, server);
+const { page } = await open(browser, server, {
+  // Each picture is awaited before the next one begins.
+  before: () => {
+    window.pictures = [];
+    const { fenceSync } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.fenceSync = function (...how) {
+      window.pictures.push(performance.now());
+      return fenceSync.apply(this, how);
+    };
+  },
+});
 const devtools = await page.context().newCDPSession(page);
 
 /** What the page holds once nobody's rubbish is in it, in MB. */
@@ -23,28 +33,19 @@ async function drawn() {
   return { there, all: there + Number((gone[0] ?? "0").replace(/\D/g, "")) };
 }
 
-/** The times between frames while the machine is turned by the mouse for some seconds, sorted, in ms. */
+/** The times between the pictures that the graphics have finished while the machine is turned by the mouse
+    for some seconds, sorted, in ms. */
 async function frames(seconds) {
   const box = await page.locator(".stage canvas").boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   await page.mouse.move(x, y);
   await page.mouse.down();
-  const times = page.evaluate((ms) => new Promise((resolve) => {
-    const times = [];
-    const begin = performance.now();
-    let last = begin;
-    const frame = (now) => {
-      times.push(now - last);
-      last = now;
-      if (now - begin < ms) requestAnimationFrame(frame);
-      else resolve(times.slice(1).sort((one, other) => one - other));
-    };
-    requestAnimationFrame(frame);
-  }), seconds * 1_000);
+  await page.evaluate(() => (window.pictures = []));
   const end = Date.now() + seconds * 1_000;
   for (let turn = 0; Date.now() < end; turn++) await page.mouse.move(x + 200 * Math.sin(turn / 20), y + 60 * Math.cos(turn / 20));
+  const pictures = await page.evaluate(() => window.pictures);
   await page.mouse.up();
-  return times;
+  return pictures.map((time, i) => time - pictures[i - 1]).slice(1).sort((one, other) => one - other);
 }
 
 const at = (sorted, share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))].toFixed(0);

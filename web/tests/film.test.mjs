@@ -5,10 +5,10 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { browse, run, until } from "./stand.mjs";
+import { blank, browse, run, until } from "./stand.mjs";
 
 let browser;
-before(async () => (browser = await browse()));
+before(async () => (browser = await browse("--enable-precise-memory-info")));
 after(() => browser?.close());
 
 /** A recording of what these lines do, as a page, opened. */
@@ -20,20 +20,13 @@ async function film(lines, body) {
     await run("run", commands, "--machine", "mill", "--record", join(folder, "it.jsonl"));
     const page_ = join(folder, "it.html");
     await run("replay", join(folder, "it.jsonl"), "--html", page_);
-    const context = await browser.newContext({ locale: "en", viewport: { width: 1600, height: 1200 } });
-    const page = await context.newPage();
-    page.setDefaultTimeout(60_000);
-    const asked = [];
-    const complaints = [];
-    page.on("request", (request) => asked.push(request.url()));
-    page.on("websocket", (socket) => asked.push(socket.url()));
-    page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-    page.on("pageerror", (error) => complaints.push(String(error)));
+    const { page, context, asked, complaints } = await blank(browser);
     const url = pathToFileURL(page_).href;
     try {
+      const begin = Date.now();
       await page.goto(url);
       await page.locator(".timeline[data-at]").waitFor();
-      await body(page, page_);
+      await body(page, page_, Date.now() - begin);
       assert.deepEqual(asked.filter((address) => address !== url && !/^(data|blob):/.test(address)), [], "nothing is asked for");
       assert.deepEqual(complaints, [], "the browser complains of nothing");
     } finally {
@@ -95,7 +88,7 @@ const MOTIONS = Number(process.env.FILM_MOTIONS ?? 1_500);
 test("a long recording is small, opens and is scrubbed", async () => {
   const lines = ["@07"];
   for (let i = 0; i < MOTIONS; i++) lines.push(`@0A${i % 2 ? "-" : ""}${20 + (i % 7)},5000,${i % 3},5000,0,900,0,900`);
-  await film(lines, async (page, file) => {
+  await film(lines, async (page, file, opened) => {
     const { size } = await stat(file);
     assert.ok(size < 800_000 + 200 * MOTIONS, `${size} bytes`);
     const range = page.getByRole("slider", { name: "Time line" });
@@ -114,7 +107,8 @@ test("a long recording is small, opens and is scrubbed", async () => {
       }
       return worst;
     });
-    console.log(`${size} bytes, ${Math.round(worst)} ms for the longest of 20 jumps`);
+    const { usedJSHeapSize } = await page.evaluate(async () => performance.memory);
+    console.log(`${size} bytes, there after ${opened} ms, ${Math.round(worst)} ms for the longest of 20 jumps, ${(usedJSHeapSize / 1e6).toFixed(0)} MB`);
     await until("it is drawn where it is", async () => (await page.locator(".entry.later").count()) > 0);
   });
 });

@@ -82,8 +82,8 @@ export function browse(...more) {
   });
 }
 
-/** A page on the panel, and everything that it asked for or complained of. */
-export async function open(browser, server, options = {}) {
+/** An empty page, and everything that it will ask for or complain of. */
+export async function blank(browser, options = {}) {
   const context = await browser.newContext({ locale: "en", viewport: { width: 1600, height: 1200 }, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
@@ -93,9 +93,16 @@ export async function open(browser, server, options = {}) {
   page.on("websocket", (socket) => asked.push(socket.url()));
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(String(error)));
-  if (process.env.PANEL_FROM_DISK) await fromDisk(page, server);
-  await page.goto(server.url);
   return { page, context, asked, complaints };
+}
+
+/** A page on the panel; `before` is what it does before anything else. */
+export async function open(browser, server, { before, ...options } = {}) {
+  const opened = await blank(browser, options);
+  if (before) await opened.page.addInitScript(before);
+  if (process.env.PANEL_FROM_DISK) await fromDisk(opened.page, server);
+  await opened.page.goto(server.url);
+  return opened;
 }
 
 /** The files as they are on the disk, before a program has them. */

@@ -12,7 +12,8 @@ export function view(app: App): Part {
   const canvas = h("canvas", { attrs: { role: "img", "aria-label": say("drawing") } });
   const labels = h("div", { class: "labels", attrs: { "aria-hidden": "true" } },
     ...["X", "Y", "Z"].map((name) => h("span", {}, name)));
-  const stage = h("div", { class: "stage" }, canvas, labels);
+  const coarse = h("p", { class: "coarse", attrs: { "aria-hidden": "true" } }, say("coarse"));
+  const stage = h("div", { class: "stage" }, canvas, labels, coarse);
   const thinned = h("p", { class: "note" });
   let scene: MachineScene | null = null;
   try {
