@@ -23,8 +23,8 @@ export class App {
   readonly api: Api;
   machines: Machine[] = [];
   isConnected = false;
-  /** What the page says of the last order. */
-  onNotice: (text: string, isError: boolean) => void = () => {};
+  /** What the page says of the last order: in English, unless it is one of its own words. */
+  onNotice: (text: string, isError: boolean, isOwn?: boolean) => void = () => {};
   /** What it has said is no longer so. */
   onNoticeOver: () => void = () => {};
   onChange: () => void = () => {};
@@ -151,7 +151,7 @@ export class App {
   }
 
   say(error: unknown): void {
-    if (error instanceof Problem && error.status === 0) return this.onNotice(say("noAnswer"), true);
+    if (error instanceof Problem && error.status === 0) return this.onNotice(say("noAnswer"), true, true);
     const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
     this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true);
   }

@@ -23,6 +23,14 @@ export interface More {
   above?: () => Part[];
 }
 
+/** Where the first click does it all, the second of a double click would undo it, do it twice, or strike
+    what has moved there meanwhile. */
+function heedOnce(event: MouseEvent): void {
+  if (event.detail < 2 || !(event.target instanceof Element) || !event.target.closest("[data-once]")) return;
+  event.preventDefault();
+  event.stopPropagation();
+}
+
 export function show(app: App, more: More): void {
   let parts: Part[] = [];
   let frame: Shell;
@@ -64,6 +72,7 @@ export function show(app: App, more: More): void {
   app.onChange = look;
   app.onNewMachines = build;
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.changed());
+  document.addEventListener("click", heedOnce, true);
   colour();
   build();
 }

@@ -1,4 +1,4 @@
-// All words of the page, in each language. Texts of the log come from the server and are English.
+// All words of the page, in each language. What the server tells is English, and said to be so.
 import { recall, keep } from "./kept";
 
 const TABLE = {
@@ -37,7 +37,7 @@ const TABLE = {
   reference: ["reference", "Referenz"],
   older: ["older, thinned", "älter, ausgedünnt"],
   thinned: ["corners of the older path are left out", "Ecken des älteren Weges sind ausgelassen"],
-  corners: ["corners", "Ecken"],
+  coarse: ["drawn coarsely while it moves", "grob gezeichnet, solange es sich bewegt"],
   no3d: [
     "This browser has no WebGL, so the machine is not drawn. All figures are beside it.",
     "Dieser Browser hat kein WebGL, die Maschine wird nicht gezeichnet. Alle Werte stehen daneben.",
@@ -102,6 +102,7 @@ const TABLE = {
   conversation: ["Conversation", "Gespräch"],
   search: ["Search the conversation", "Gespräch durchsuchen"],
   show: ["Show", "Zeigen"],
+  inEnglish: ["What happened is told in English.", "Was geschah, und was die Steuerung dazu sagt, steht hier auf Englisch."],
   everything: ["everything", "alles"],
   talk: ["commands and answers", "Befehle und Antworten"],
   problems: ["errors and warnings", "Fehler und Warnungen"],
@@ -183,6 +184,22 @@ const FOREIGN: Record<string, string> = {
   fault: "Störung", rule: "Regel", baud: "Baudrate", "cut-short": "abgebrochen", missed: "verpasst",
 };
 
+/** What the server says of a signal. */
+const SIGNALS: readonly [RegExp, string][] = [
+  [/^(START|STOP) button$/, "Taste $1"],
+  [/^ON button of the power stage$/, "Taste EIN der Endstufe"],
+  [/^button that asks to open the cover$/, "Taste, mit der das Öffnen der Haube verlangt wird"],
+  [/^emergency stop, latches until released$/, "Not-Halt, rastet ein, bis er gelöst wird"],
+  [/^key switch$/, "Schlüsselschalter"],
+  [/^cover$/, "Haube"],
+  [/^the power stages are too hot$/, "die Endstufen sind zu heiß"],
+  [/^the motor supply voltage is good$/, "die Motorspannung ist in Ordnung"],
+  [/^tool length probe$/, "Werkzeuglängentaster"],
+  [/^negative limit switch of (\w), held by hand$/, "negativer Endschalter von $1, von Hand gehalten"],
+  [/^positive limit switch of (\w), held by hand$/, "positiver Endschalter von $1, von Hand gehalten"],
+  [/^user input (\d+)$/, "Anwendereingang $1"],
+];
+
 export type Word = keyof typeof TABLE;
 export const LANGUAGES = ["en", "de"] as const;
 export type Language = (typeof LANGUAGES)[number];
@@ -210,6 +227,12 @@ export function say(word: Word): string {
 /** A word of the server in the language of the page. */
 export function translated(word: string): string {
   return (language() === "de" && FOREIGN[word]) || word.replaceAll("-", " ");
+}
+
+/** What a signal is for, in the language of the page. */
+export function explained(about: string): string {
+  const known = language() === "de" && SIGNALS.find(([english]) => english.test(about));
+  return known ? about.replace(...known) : about;
 }
 
 /** The page's own word for a name of the server, where it has one. */

@@ -299,6 +299,52 @@ with_(["--web", "--time", "8x"], "the stored program is listed, with a marker wh
   await until("it goes on", async () => !(await isPast(page)) && !(await paused()));
 });
 
+with_(["--web", "--machine", "mill"], "a slow computer draws coarsely while the machine is turned, says so, and draws everything at rest", async (server, opened) => {
+  const { page } = await opened();
+  await server.send("@07");
+  await server.send("@0A2000,10000,0,900,0,900,0,900");
+  await until("the path is drawn", async () => (await corners(page)) === 2);
+  const stage = page.locator(".stage");
+  const canvas = page.locator(".stage canvas");
+  const isCoarse = async () => (await stage.getAttribute("data-coarse")) === "true";
+  const pixels = () => canvas.evaluate((canvas) => canvas.width / canvas.clientWidth);
+  await until("all is drawn", async () => !(await isCoarse()) && (await pixels()) === 1);
+  const devtools = await page.context().newCDPSession(page);
+  await devtools.send("Emulation.setCPUThrottlingRate", { rate: 50 });
+  const { x, y, width, height } = await canvas.boundingBox();
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.mouse.down();
+  let turn = 0;
+  await until("less is drawn", async () => {
+    turn += 1;
+    await page.mouse.move(x + width / 2 + 100 * Math.sin(turn / 5), y + height / 2);
+    return (await isCoarse()) && (await pixels()) < 0.8;
+  });
+  assert.equal(await page.locator(".coarse").evaluate((note) => getComputedStyle(note).visibility), "visible");
+  await page.mouse.up();
+  await devtools.send("Emulation.setCPUThrottlingRate", { rate: 1 });
+  await until("all is drawn again", async () => !(await isCoarse()) && (await pixels()) === 1);
+  assert.equal(await page.locator(".coarse").evaluate((note) => getComputedStyle(note).visibility), "hidden");
+});
+
+with_(["--web"], "a double click does once what a second click would undo", async (server, opened) => {
+  const { page } = await opened();
+  await knob(page, "estop").dblclick();
+  await until("it is held", async () => (await knob(page, "estop").getAttribute("aria-pressed")) === "true");
+  await page.getByRole("textbox", { name: "Condition" }).fill("x > 100");
+  await page.getByRole("button", { name: "Add" }).dblclick();
+  await page.getByRole("button", { name: "Keep this moment" }).dblclick();
+  await page.getByRole("button", { name: "Jam X" }).dblclick();
+  await page.locator(".faults .list li", { hasText: "jam x" }).waitFor();
+  const count = async (what) => (await server.ask("GET", `/controllers/1/${what}`)).length;
+  assert.deepEqual([await count("breakpoints"), await count("snapshots"), await count("faults")], [1, 1, 1]);
+  assert.equal(await knob(page, "estop").getAttribute("aria-pressed"), "true");
+  // Two clicks are two.
+  await new Promise((resolve) => setTimeout(resolve, 1_000));
+  await knob(page, "estop").click();
+  await until("it is released", async () => (await knob(page, "estop").getAttribute("aria-pressed")) === "false");
+});
+
 with_(["--web"], "a fault begins at a click, and ends at another", async (server, opened) => {
   const { page } = await opened();
   await page.getByRole("button", { name: "Jam X" }).click();
@@ -424,6 +470,13 @@ with_(["--web"], "it speaks German, works by keyboard alone, and fits a phone", 
   const { page } = await opened({ locale: "de", viewport: { width: 390, height: 844 } });
   assert.equal(await page.locator("html").getAttribute("lang"), "de");
   await page.getByRole("heading", { name: "Bedienfeld" }).waitFor();
+  assert.equal(await knob(page, "start").getAttribute("title"), "Taste START");
+  // What the server says is English, and a screen reader knows it.
+  await page.getByText("steht hier auf Englisch").waitFor();
+  await server.send("@07");
+  await server.send("@0A5");
+  await said(page, "takes 8 numbers").waitFor();
+  assert.equal(await said(page, "takes 8 numbers").locator(".text").getAttribute("lang"), "en");
   await page.getByText("verbunden", { exact: true }).waitFor();
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `it is ${width} wide`);
@@ -441,6 +494,22 @@ with_(["--web"], "it speaks German, works by keyboard alone, and fits a phone", 
   });
   await page.getByRole("combobox", { name: "Sprache" }).selectOption("en");
   await page.getByRole("heading", { name: "Front panel" }).waitFor();
+});
+
+with_(["--web", "--machine", "mill", "--count", "2"], "it can be read at four times its size", async (_, opened) => {
+  // A window of 1,280 by 1,024 at 400 %.
+  for (const locale of ["en", "de"]) {
+    const { page } = await opened({ locale, viewport: { width: 320, height: 256 } });
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 320, `it is ${width} wide`);
+    const outside = await page.evaluate(() => [...document.querySelectorAll("header *, main button, main input, main select")]
+      .filter((element) => element.checkVisibility() && !element.closest(".skip") && !element.closest(".labels"))
+      .filter((element) => element.getBoundingClientRect().right > 321).map((element) => element.outerHTML.slice(0, 120)));
+    assert.deepEqual(outside, []);
+    const head = await page.locator("header").boundingBox();
+    assert.ok(head.height < 256, `the head is ${head.height} high`);
+    if (process.env.PANEL_SHOW) await page.screenshot({ path: `${process.env.PANEL_SHOW}/zoom-${locale}.png` });
+  }
 });
 
 with_(["--web", "--machine", "mill", "--count", "2"], "axe finds nothing to complain of, in light, dark and small", async (server, opened) => {

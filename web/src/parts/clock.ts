@@ -14,7 +14,7 @@ export function clock(app: App): Part {
   const pace = h("select", { attrs: { "aria-label": say("pace") } });
   pace.onchange = () => void app.act((path) => app.api.ask("PUT", `${path}/clock`, { clock: pace.value }));
   const paces = new Rebuilt(pace);
-  const pause = h("button", { onclick: () => post(`clock/${pause.dataset.deed ?? "pause"}`) });
+  const pause = h("button", { attrs: { "data-once": "" }, onclick: () => post(`clock/${pause.dataset.deed ?? "pause"}`) });
   const step = h("button", { onclick: () => post("clock/step") }, say("step"));
   /** A line to fill in, with its button. */
   const form = (text: string, button: string, value: string, run: (text: string) => void) => {
@@ -23,7 +23,7 @@ export function clock(app: App): Part {
       event.preventDefault();
       if (field.value.trim() !== "") run(field.value.trim());
     };
-    return h("form", { class: "bar", onsubmit: submit }, h("span", {}, text), field, h("button", { type: "submit" }, button));
+    return h("form", { class: "bar", onsubmit: submit }, h("span", {}, text), field, h("button", { type: "submit", attrs: { "data-once": "" } }, button));
   };
   let journeys = 0;
   /** A way through time that somebody waits for; it can be given up until it has arrived. */
@@ -41,7 +41,7 @@ export function clock(app: App): Part {
   const moments = h("ul", { class: "list", attrs: { "aria-label": say("moments") } });
   const [pointRows, momentRows] = [new Rebuilt(points), new Rebuilt(moments)];
   const gone = (path: string, name: string) =>
-    h("button", { onclick: () => void app.act((own) => app.api.delete(`${own}/${path}`)), attrs: { "aria-label": `${say("remove")}: ${name}` } }, "×");
+    h("button", { onclick: () => void app.act((own) => app.api.delete(`${own}/${path}`)), attrs: { "data-once": "", "aria-label": `${say("remove")}: ${name}` } }, "×");
   let taken = 0;
   const take = () => post("snapshots", { name: `${say("moments")} ${++taken}` });
 
@@ -51,7 +51,7 @@ export function clock(app: App): Part {
       advance, until,
       h("h3", {}, say("breakpoints")), points,
       form(say("condition"), say("add"), "x > 1000", (condition) => post("breakpoints", { condition })),
-      h("h3", {}, say("moments")), moments, h("button", { onclick: take }, say("takeMoment")));
+      h("h3", {}, say("moments")), moments, h("button", { onclick: take, attrs: { "data-once": "" } }, say("takeMoment")));
   return {
     element,
     show(shown: Machine) {
@@ -87,7 +87,7 @@ export function clock(app: App): Part {
       }
       momentRows.from(snapshots, () => snapshots.map(({ id, name, at }) =>
         h("li", {}, h("span", {}, `${name} · ${seconds(at)}`),
-          h("button", { onclick: () => post(`snapshots/${id}/restore`), attrs: { "aria-label": `${say("goBack")}: ${name}` } }, say("goBack")),
+          h("button", { onclick: () => post(`snapshots/${id}/restore`), attrs: { "data-once": "", "aria-label": `${say("goBack")}: ${name}` } }, say("goBack")),
           gone(`snapshots/${id}`, name))));
     },
   };

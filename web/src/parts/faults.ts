@@ -39,8 +39,8 @@ export function faults(app: App): Part {
   const rows = new Rebuilt(list);
   const element = card("faults", say("faults"),
       h("div", { class: "bar", attrs: { role: "group", "aria-label": say("oftenUsed") } },
-        ...READY.map(([word, fault]) => h("button", { title: `fault ${fault}`, onclick: () => void begin(fault) }, say(word))), jams),
-      h("form", { class: "bar", onsubmit: submit }, field, ways, h("button", { type: "submit" }, say("begin"))),
+        ...READY.map(([word, fault]) => h("button", { title: `fault ${fault}`, attrs: { "data-once": "" }, onclick: () => void begin(fault) }, say(word))), jams),
+      h("form", { class: "bar", onsubmit: submit }, field, ways, h("button", { type: "submit", attrs: { "data-once": "" } }, say("begin"))),
       list);
   return {
     element,
@@ -49,12 +49,12 @@ export function faults(app: App): Part {
       element.inert = app.past?.isOpen ?? false;
       const axes = machine.about.axes.filter((axis) => axis.scale).map((axis) => axis.name);
       jamRows.from(axes, () => axes.map((name) =>
-        h("button", { title: `fault jam ${name.toLowerCase()}`, onclick: () => void begin(`jam ${name.toLowerCase()}`) }, `${say("jamAxis")} ${name}`)));
+        h("button", { title: `fault jam ${name.toLowerCase()}`, attrs: { "data-once": "" }, onclick: () => void begin(`jam ${name.toLowerCase()}`) }, `${say("jamAxis")} ${name}`)));
       rows.from(machine.faults, () => {
         const active = machine.faults.filter((fault) => fault.stage !== "over");
         const shown = active.map(({ number, fault, struck }) =>
           h("li", {}, h("code", {}, fault), h("span", { class: "note" }, `${figure(struck)} ${say("times")}`),
-            h("button", { onclick: () => void app.act((path) => app.api.delete(`${path}/faults/${number}`)), attrs: { "aria-label": `${say("end")}: ${fault}` } }, say("end"))));
+            h("button", { onclick: () => void app.act((path) => app.api.delete(`${path}/faults/${number}`)), attrs: { "data-once": "", "aria-label": `${say("end")}: ${fault}` } }, say("end"))));
         const all = h("li", {}, h("button", { onclick: () => void app.act((path) => app.api.delete(`${path}/faults`)) }, say("endAll")));
         return active.length > 1 ? [...shown, all] : shown;
       });

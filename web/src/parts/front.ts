@@ -4,7 +4,7 @@ import type { Signal } from "../api";
 import type { App, Part } from "../app";
 import { card, h, mark, put, Rebuilt } from "../dom";
 import type { Machine } from "../machine";
-import { named, say, translated } from "../words";
+import { explained, named, say, translated } from "../words";
 
 /** The order on the plate; what else there is follows. */
 const ORDER = ["key", "on", "start", "stop", "cover-button", "cover", "estop"];
@@ -12,7 +12,7 @@ const ORDER = ["key", "on", "start", "stop", "cover-button", "cover", "estop"];
 export function front(app: App): Part {
   const lamp = h("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
   const state = h("output", { class: "state", attrs: { "aria-live": "polite" } });
-  const mains = h("button", { class: "mains", onclick: () => void app.order(mains.dataset.order ?? "power off") });
+  const mains = h("button", { class: "mains", attrs: { "data-once": "" }, onclick: () => void app.order(mains.dataset.order ?? "power off") });
   const plate = h("div", { class: "plate" });
   const rebuilt = new Rebuilt(plate);
   const shown = new Map<string, (signal: Signal) => void>();
@@ -24,7 +24,7 @@ export function front(app: App): Part {
       void app.order(signal.latches ? `${isHeld ? "release" : "hold"} ${name}` : `press ${name}`);
     };
     const label = h("span", { class: "name" }, named(name));
-    const element = h("button", { class: `knob knob-${name}`, title: signal.about, onclick: press, attrs: { "data-signal": name } },
+    const element = h("button", { class: `knob knob-${name}`, title: explained(signal.about), onclick: press, attrs: { "data-signal": name, ...(signal.latches && { "data-once": "" }) } },
       h("span", { class: "cap", attrs: { "aria-hidden": "true" } }), label);
     shown.set(name, (now) => {
       const isDown = Boolean(now.value);
@@ -43,7 +43,7 @@ export function front(app: App): Part {
     });
     shown.set(signal.name, (now) =>
       buttons.forEach((one, value) => mark(one, "aria-pressed", String(now.value === value))));
-    return h("div", { class: "turn", title: signal.about, attrs: { role: "group", "aria-label": named(signal.name) } },
+    return h("div", { class: "turn", title: explained(signal.about), attrs: { role: "group", "aria-label": named(signal.name) } },
       h("span", { class: "name" }, named(signal.name)), h("span", { class: "ways" }, ...buttons));
   };
 

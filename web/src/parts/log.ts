@@ -3,7 +3,7 @@ import type { Entry } from "../api";
 import type { App, Part } from "../app";
 import { card, h, mark, put } from "../dom";
 import type { Machine } from "../machine";
-import { figure, say, seconds, translated, type Word } from "../words";
+import { figure, language, say, seconds, translated, type Word } from "../words";
 
 const SIGNS: Record<string, string> = { command: "→", answer: "←", warning: "!", fault: "!", motion: "↗", line: "›" };
 const SHOWN: Record<string, (entry: Entry) => boolean> = {
@@ -23,7 +23,7 @@ export function log(app: App): Part {
   const earlier = h("button", { class: "earlier", hidden: true }, say("earlier"));
   const count = h("p", { class: "note", attrs: { role: "status" } });
   const detail = h("dl", { class: "detail", hidden: true });
-  const meaning = h("p", { class: "note meaning", id: "meaning", attrs: { role: "status" } });
+  const meaning = h("p", { class: "note meaning", id: "meaning", lang: "en", attrs: { role: "status" } });
   const line = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": say("sendAbout"), "aria-describedby": meaning.id } });
   let asked = 0;
   line.oninput = async () => {
@@ -73,7 +73,7 @@ export function log(app: App): Part {
     ];
     const jump = h("button", { onclick: () => look(entry) }, say("lookAt"));
     detail.replaceChildren(...pairs.flatMap(([word, text]) =>
-      text === undefined ? [] : [h("dt", {}, say(word)), h("dd", {}, text)]),
+      text === undefined ? [] : [h("dt", {}, say(word)), h("dd", word === "why" ? { lang: "en" } : {}, text)]),
     ...(app.past?.history?.possible ? [h("dt"), h("dd", {}, jump)] : []));
     row.append(detail);
   };
@@ -89,7 +89,7 @@ export function log(app: App): Part {
     const button = h("button", { attrs: { "aria-expanded": "false" }, onclick: () => open(entry, element) },
       h("time", {}, seconds(entry.at)),
       h("span", { class: "sign", attrs: { role: "img", "aria-label": translated(entry.kind) } }, SIGNS[entry.kind] ?? "·"),
-      h("span", { class: "text" }, entry.text!));
+      h("span", { class: "text", lang: "en" }, entry.text!));
     element.append(button);
     return element;
   };
@@ -148,8 +148,8 @@ export function log(app: App): Part {
   return {
     element: card("log", say("conversation"),
       h("div", { class: "bar" }, field, which, h("label", { class: "tick" }, follow, say("follow"))),
-      earlier, list, count,
-      h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit" }, say("send"))), meaning),
+      earlier, list, count, language() !== "en" && h("p", { class: "note" }, say("inEnglish")),
+      h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit", attrs: { "data-once": "" } }, say("send"))), meaning),
     show(machine: Machine) {
       const lastKnown = taken > 0 ? machine.entries.findLastIndex((entry) => entry.number <= taken) : -1;
       if (machine !== of || (taken > 0 && lastKnown < 0) || (way && machine.entries !== way)) {

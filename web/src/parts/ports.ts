@@ -3,7 +3,7 @@ import type { Signal } from "../api";
 import type { App, Part } from "../app";
 import { card, h, mark, put, Rebuilt } from "../dom";
 import type { Machine } from "../machine";
-import { say } from "../words";
+import { explained, say } from "../words";
 
 const BITS = [7, 6, 5, 4, 3, 2, 1, 0];
 /** Ports above are none that a person sees. */
@@ -27,10 +27,10 @@ export function ports(app: App): Part {
       shown.set(signal.name, (now) => {
         if (document.activeElement !== field) field.value = now.value === null ? "" : String(now.value);
       });
-      return h("label", { class: "measured", title: signal.about }, h("span", {}, text), field,
+      return h("label", { class: "measured", title: explained(signal.about) }, h("span", {}, text), field,
         h("button", { onclick: tell }, say("set")));
     }
-    const toggle = h("button", { class: "toggle", title: signal.about, attrs: { role: "switch", "data-signal": signal.name } }, text);
+    const toggle = h("button", { class: "toggle", title: explained(signal.about), attrs: { role: "switch", "data-signal": signal.name } }, text);
     toggle.onclick = () => set(signal.name, toggle.getAttribute("aria-checked") === "true" ? 0 : 1);
     shown.set(signal.name, (now) => mark(toggle, "aria-checked", String(Boolean(now.value))));
     return toggle;

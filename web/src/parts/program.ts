@@ -12,7 +12,7 @@ export function program(app: App): Part {
   const walk = (line: string) => void app.past?.walk(line);
   const back = h("button", { onclick: () => walk("back line") }, say("lineBack"));
   const on = h("button", { onclick: () => walk("step line") }, say("lineOn"));
-  const goes = h("button", { onclick: () => void goOn() }, say("continue"));
+  const goes = h("button", { attrs: { "data-once": "" }, onclick: () => void goOn() }, say("continue"));
   const goOn = async () => {
     if (app.past?.isOpen) await app.past.leave();
     else await app.act((path) => app.api.post(`${path}/clock/resume`));
@@ -48,7 +48,7 @@ export function program(app: App): Part {
       rows.from([machine.number, stored?.lines], () => {
         marker = null;
         lines = (stored?.lines ?? []).map((_, line) => ({
-          point: h("button", { class: "point", onclick: () => toggle(line), attrs: { "aria-label": `${say("breakpoint")} ${figure(line + 1)}` } }),
+          point: h("button", { class: "point", onclick: () => toggle(line), attrs: { "data-once": "", "aria-label": `${say("breakpoint")} ${figure(line + 1)}` } }),
           rounds: h("span", { class: "rounds" }),
         }));
         return (stored?.lines ?? []).map((text, i) =>

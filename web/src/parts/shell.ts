@@ -49,8 +49,9 @@ export function shell(app: App, more: { foot: () => Node[]; where?: () => string
   const notice = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, text, close);
   let timer = 0;
   close.onclick = () => (notice.hidden = true);
-  app.onNotice = (said, isError) => {
+  app.onNotice = (said, isError, isOwn) => {
     put(text, said);
+    text.lang = isOwn ? language() : "en";
     mark(notice, "data-error", String(isError));
     notice.hidden = false;
     clearTimeout(timer);

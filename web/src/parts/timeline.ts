@@ -34,8 +34,8 @@ export function timeline(app: App): Part {
   const previous = h("button", { onclick: () => jump(-1) }, say("previousEntry"));
   const next = h("button", { onclick: () => jump(1) }, say("nextEntry"));
   const back = h("button", { onclick: () => go({}) }, say("toPresent"));
-  const take = h("button", { onclick: () => void past()?.takeOver() }, say("takeOver"));
-  const leave = h("button", { onclick: () => void past()?.leave() }, say("goOn"));
+  const take = h("button", { attrs: { "data-once": "" }, onclick: () => void past()?.takeOver() }, say("takeOver"));
+  const leave = h("button", { attrs: { "data-once": "" }, onclick: () => void past()?.leave() }, say("goOn"));
   const list = h("ul", { class: "list branches", attrs: { "aria-label": say("branches") } });
   const rows = new Rebuilt(list);
   const element = card("timeline", say("timeline"), canvas, range,
