@@ -67,6 +67,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     {
         return Err(Failure::usage("--kinds, --after and --count are for `watch`; leave them out"));
     }
+    if word.is_empty() {
+        return Err(Failure::usage(
+            "no order is given; `vimc4 ctl help` lists those that there are",
+        ));
+    }
     let client = Client::at(arguments.url.as_deref(), arguments.token.as_deref())?;
     let known = WORDS.iter().find(|known| known.name == word);
     if let Some(known) = known
@@ -76,6 +81,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::usage(format!(
             "`{rest}` means nothing behind `{word}`; leave it out"
         )));
+    }
+    if word == "help"
+        && let Some(said) = words::help_on(rest)
+    {
+        return match arguments.json {
+            true => output::print(&format!("{}\n", json!({ "text": said }))),
+            false => output::print(&said),
+        };
     }
     if word == "watch" {
         let (kinds, after, count) = (&arguments.kinds, arguments.after, arguments.count);

@@ -388,6 +388,10 @@ fn what_is_recorded_over_http_plays() -> Outcome {
     let text = printed(&shell(&line))?;
     assert_eq!(text, std::fs::read_to_string(folder.path().join("third.jsonl"))?);
     assert!(text.contains(r#""in":"@07\r""#), "{text}");
+    // That one is not a client's to end.
+    let line = format!("curl -s -X DELETE http://{address}/v1/controllers/1/recording");
+    let text = printed(&shell(&line))?;
+    assert!(text.contains("was begun by --record") && text.contains("ends with the program"), "{text}");
     Ok(())
 }
 

@@ -90,6 +90,8 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
         ),
         (vec!["clock", "8x", "--controller", "1"], 1, "only a clock that runs by itself"),
         (vec!["send", r"\q", "--controller", "1"], 2, r"`\q` stands for nothing"),
+        (vec![""], 2, "no order is given | help: `vimc4 ctl help` lists those that there are"),
+        (vec![" ", ""], 2, "no order is given"),
         (vec!["view", "more"], 2, "`more` means nothing behind `view` | help: leave it out"),
         (vec!["view", "--count", "1"], 2, "--kinds, --after and --count are for `watch`"),
         (vec!["watch", "--kinds", "foo"], 2, "there is no kind of entry `foo`"),
@@ -99,6 +101,12 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
         let (ended, said) = try_it(&arguments);
         assert!(ended == code && said.contains(right), "{arguments:?}: {ended} {said}");
     }
+    // The words of this command are explained as orders are.
+    let (code, said, _) = ctl(folder, &url, &["help", "clock"]);
+    assert_eq!((code, said.lines().count()), (0, 5), "{said}");
+    assert!(said.contains("clock pause           time stands still"), "{said}");
+    let (code, said, _) = ctl(folder, &url, &["--controller", "1", "help", "press"]);
+    assert!(code == 0 && said.contains("press"), "{said}");
     // A problem is JSON, too, where that is wanted.
     let (code, printed, _) = ctl(folder, "http://127.0.0.1:1", &["--json", "view"]);
     let problem: Value = serde_json::from_str(&printed).unwrap();
@@ -141,6 +149,14 @@ fn a_token_is_in_a_file_or_the_environment() {
     let mut command = vimc4(folder, &["ctl", "--url", &url, "position"]);
     let (code, seen, _) = said(command.env("VIMC4_TOKEN", "0123456789abcdef").output().unwrap());
     assert_eq!((code, seen.as_str()), (0, "X 0 Y 0 Z 0 A 0\n"));
+    // What cannot be sent is not taken for another server.
+    fs::write(folder.join("token.txt"), "0123456789\nabcdef\n").unwrap();
+    let (code, said) = wrong(with(&["position"]));
+    assert!(code == 2 && said.contains("the token has a blank, a line break"), "{code} {said}");
+    let (code, said) = wrong(said(
+        vimc4(folder, &["serve", "--web", "--http-token", "token.txt"]).output().unwrap(),
+    ));
+    assert!(code == 2 && said.contains("letters, digits or signs in one line"), "{code} {said}");
 }
 
 #[test]

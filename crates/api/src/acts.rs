@@ -199,7 +199,15 @@ pub(crate) async fn begin_recording(call: Call) -> Outcome {
 pub(crate) async fn end_recording(call: Call) -> Outcome {
     let served = call.controller()?;
     let own = served.recordings.own().take();
-    own.ok_or_else(not_recorded)?.end_here();
+    match own {
+        Some(own) => own.end_here(),
+        None if served.recordings.present().is_some() => {
+            let remedy = "read it with GET; it ends with the program";
+            let detail = "what is recorded was begun by --record, and is nobody's to end here";
+            return Err(Problem::new(Kind::NotNow, detail, remedy));
+        }
+        None => return Err(not_recorded()),
+    }
     done(&Effect::Something)
 }
 

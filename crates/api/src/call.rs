@@ -145,33 +145,57 @@ pub(crate) fn no_such(what: &str, name: &str) -> Problem {
     )
 }
 
+/// What a body is said to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Content {
+    Json,
+    Bytes,
+    Other,
+}
+
+/// The field that may also be a body by itself, as bytes.
+pub(crate) fn image(fields: &[Field]) -> Option<&Field> {
+    fields.iter().find(|field| field.of == Of::Image)
+}
+
 /// What would be right as a body.
 pub(crate) fn right_body(fields: &[Field]) -> String {
     if fields.is_empty() {
         return "send no body".to_owned();
     }
     let example = fields.iter().map(|field| (field.name.to_owned(), field.example()));
-    format!("send an object such as {}", Value::Object(example.collect()))
+    let object = format!("send an object such as {}", Value::Object(example.collect()));
+    match image(fields) {
+        Some(_) => format!("{object}, or its bytes as application/octet-stream"),
+        None => object,
+    }
 }
 
 /// Takes a body apart by the fields that there may be.
 pub(crate) fn body(
     fields: &[Field],
-    is_json: bool,
+    content: Content,
     bytes: &[u8],
 ) -> Result<Map<String, Value>, Problem> {
     let wrong = |detail: String| Problem::new(Kind::WrongRequest, detail, right_body(fields));
+    if let (Content::Bytes, Some(image)) = (content, image(fields)) {
+        let text = str::from_utf8(bytes).map_err(|error| {
+            wrong(format!("byte {} of the {} is of no text", error.valid_up_to(), image.name))
+        })?;
+        return Ok(Map::from_iter([(image.name.to_owned(), text.into())]));
+    }
     if bytes.is_empty() {
         return match fields.iter().find(|field| field.is_needed) {
             Some(field) => Err(wrong(format!("the body with `{}` is missing", field.name))),
             None => Ok(Map::new()),
         };
     }
-    if !is_json {
+    if content != Content::Json {
+        let or = image(fields).map_or("", |_| ", or of its bytes application/octet-stream");
         return Err(Problem::new(
             Kind::WrongType,
             "the body is not said to be JSON",
-            "send the header `Content-Type: application/json`",
+            format!("send the header `Content-Type: application/json`{or}"),
         ));
     }
     let object = match serde_json::from_slice(bytes) {

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use axum::http::Method;
 use serde_json::{Map, Value, json};
 
-use crate::call::{Field, Of};
+use crate::call::{Field, Of, image};
 use crate::entry;
 use crate::problem::KINDS;
 use crate::table::{Route, TABLE};
@@ -95,6 +95,9 @@ fn operation(route: &Route) -> Value {
                 "additionalProperties": false,
             } } },
         });
+        if image(route.body).is_some() {
+            operation["requestBody"]["content"]["application/octet-stream"] = json!({});
+        }
     }
     operation
 }

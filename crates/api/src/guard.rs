@@ -34,7 +34,7 @@ impl Token {
         let text = text.trim();
         if text.len() < SHORTEST || !text.bytes().all(|byte| byte.is_ascii_graphic()) {
             return Err(format!(
-                "a token has at least {SHORTEST} letters, digits or signs without blanks; \
+                "a token has at least {SHORTEST} letters, digits or signs in one line, without blanks; \
                  `openssl rand -hex 16` makes one"
             ));
         }

@@ -25,7 +25,7 @@ use tokio::sync::{Notify, Semaphore};
 use tokio::time::timeout;
 use vimc4::Emulator;
 
-use crate::call::{Answer, Call, Of, body, query, right_body};
+use crate::call::{Answer, Call, Content, body, image, query, right_body};
 use crate::debugger::Open;
 use crate::document;
 use crate::events;
@@ -275,8 +275,7 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
         )
     })?;
     let query = query(route.query, pairs)?;
-    let is_large = route.body.iter().any(|field| field.of == Of::Image);
-    let most = if is_large { IMAGE } else { BODY };
+    let most = if image(route.body).is_some() { IMAGE } else { BODY };
     let too_large = || {
         Problem::new(Kind::TooLarge, format!("the body has more than {most} bytes"), "send less")
     };
@@ -298,15 +297,20 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
             return Err(Problem::new(Kind::WrongRequest, detail, remedy));
         }
     };
-    let body = body(route.body, is_json(&parts.headers), &bytes)?;
+    let body = body(route.body, content_of(&parts.headers), &bytes)?;
     let outcome = (route.run)(Call { app, path, query, body }).await;
     outcome.map_err(|problem| problem.or_remedy(|| right_body(route.body)))
 }
 
-fn is_json(headers: &HeaderMap) -> bool {
+fn content_of(headers: &HeaderMap) -> Content {
     let said = headers.get(header::CONTENT_TYPE).and_then(|said| said.to_str().ok());
     let kind = said.map(|said| said.split(';').next().unwrap_or_default().trim());
-    kind.is_some_and(|kind| kind.eq_ignore_ascii_case("application/json"))
+    let is = |name: &str| kind.is_some_and(|kind| kind.eq_ignore_ascii_case(name));
+    match () {
+        () if is("application/json") => Content::Json,
+        () if is("application/octet-stream") => Content::Bytes,
+        () => Content::Other,
+    }
 }
 
 fn fixed(kind: &'static str, body: impl Into<Body>) -> Response<Body> {

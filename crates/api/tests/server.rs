@@ -524,6 +524,21 @@ fn the_memory_is_read_and_changed() {
         "{wrong:?}"
     );
     assert_eq!(put(2, "text").status, 422);
+    // The bytes themselves will do.
+    let bytes = |kind: &str, image: &str| {
+        served.raw("PUT", &path(2), &format!("Content-Type: {kind}\r\n"), image)
+    };
+    assert_eq!(bytes("application/octet-stream", &image).status, 200);
+    assert_eq!(served.get(&path(2)).body, image);
+    assert_eq!(bytes("Application/Octet-Stream; x=y", "text").status, 422);
+    let other = bytes("text/plain", &image);
+    assert_eq!(other.status, 415);
+    assert!(other.body.contains("or of its bytes application/octet-stream"), "{}", other.body);
+    assert_eq!(bytes("application/octet-stream", "").status, 200);
+    assert_eq!(served.get(&path(2)).body, "vimc4 flash 1\n");
+    let elsewhere = "Content-Type: application/octet-stream\r\n";
+    let order = served.raw("POST", "/v1/controllers/2/orders", elsewhere, "press stop");
+    assert_eq!(order.status, 415, "{}", order.body);
     // An image may be larger than other bodies.
     let line = "line 0 500,900\n".repeat(5_000);
     let large = image.replacen("line ", &format!("{line}line "), 1);

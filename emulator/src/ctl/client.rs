@@ -135,6 +135,12 @@ impl Client {
             .timeout_connect(Some(PATIENCE))
             .build();
         let token = token.map(|token| token.trim().to_owned());
+        if token.as_ref().is_some_and(|token| !token.bytes().all(|byte| byte.is_ascii_graphic())) {
+            return Err(Failure::usage(
+                "the token has a blank, a line break or a foreign letter in it, which no token of vimc4 has; give \
+                 the one that `serve --http-token` was given, and nothing else",
+            ));
+        }
         Ok(Client { agent: config.new_agent(), authority: authority.to_owned(), token })
     }
 

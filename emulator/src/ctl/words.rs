@@ -34,12 +34,25 @@ pub(crate) const WORDS: &[Word] = &[
     },
 ];
 
+impl Word {
+    /// Its forms as a list for people.
+    fn listed(&self) -> String {
+        let lines = self.forms.iter().map(|(form, about)| {
+            let typed = format!("{} {form}", self.name);
+            format!("{typed:<21} {about}\n")
+        });
+        lines.collect()
+    }
+}
+
 /// The words as a list for people.
 pub(crate) fn listed() -> String {
-    let all = WORDS
-        .iter()
-        .flat_map(|word| word.forms.iter().map(move |(form, about)| (word.name, form, about)));
-    all.map(|(name, form, about)| format!("{:<21} {about}\n", format!("{name} {form}"))).collect()
+    WORDS.iter().map(Word::listed).collect()
+}
+
+/// What there is to be known of a word.
+pub(crate) fn help_on(name: &str) -> Option<String> {
+    WORDS.iter().find(|word| word.name == name).map(Word::listed)
 }
 
 /// What the command is about.
