@@ -3,15 +3,13 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
 
 use vimc4::{Coverage, Model, add_coverage, read_coverage};
 use vimc4_coverage::Collector;
 use vimc4_device::{Event, Kinds};
 
-use crate::endings::Endings;
+use crate::endings;
 use crate::failure::Failure;
 use crate::identity::Identity;
 use crate::output;
@@ -137,30 +135,16 @@ struct Counted {
     collector: Mutex<Option<Collector>>,
 }
 
-/// The exit code of a program that is interrupted, as shells have it.
-const INTERRUPTED: i32 = 130;
-
 impl Covering {
     pub(crate) const KINDS: Kinds = Collector::KINDS;
 
     pub(crate) fn new(path: &Path, model: &Model) -> Result<Covering, Failure> {
         let collector = Mutex::new(Some(Collector::new(model)));
         let counted = Arc::new(Counted { path: path.to_owned(), collector });
-        let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
-        let runtime =
-            tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
         // Whoever finds the file may end the program, and what it has met until then is kept.
-        let mut endings = runtime.block_on(async { Endings::listen() });
-        begin(path, model)?;
         let at_end = Arc::clone(&counted);
-        let told = move || {
-            runtime.block_on(endings.told());
-            if let Err(failure) = at_end.keep() {
-                failure.report();
-            }
-            process::exit(INTERRUPTED);
-        };
-        thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
+        endings::before_end(move || at_end.keep())?;
+        begin(path, model)?;
         Ok(Covering(counted))
     }
 

@@ -3,6 +3,7 @@
 use std::future::poll_fn;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
+use std::sync::{Mutex, PoisonError};
 #[cfg(windows)]
 use std::task::Context;
 use std::task::Poll;
@@ -115,8 +116,49 @@ impl Endings {
     }
 }
 
-/// The exit code of a program that is told a second time, as shells have it for Ctrl-C.
-const TOLD_AGAIN: i32 = 130;
+/// The exit code of a program that Ctrl-C has ended, as shells have it.
+const INTERRUPTED: i32 = 130;
+
+/// What is still to be done when somebody ends the program.
+type Deed = Box<dyn FnOnce() -> Result<(), Failure> + Send>;
+static DEEDS: Mutex<Vec<Deed>> = Mutex::new(Vec::new());
+
+/// Has something done before Ctrl-C, or another request, ends the program; one more ends it at once.
+///
+/// # Errors
+///
+/// If the system has no means to wait for that.
+pub(crate) fn before_end(
+    deed: impl FnOnce() -> Result<(), Failure> + Send + 'static,
+) -> Result<(), Failure> {
+    let lock = || DEEDS.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_first = lock().is_empty();
+    lock().push(Box::new(deed));
+    if !is_first {
+        return Ok(());
+    }
+    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+    let mut endings = runtime.block_on(async { Endings::listen() });
+    let end = move || {
+        for deed in std::mem::take(&mut *lock()) {
+            if let Err(failure) = deed() {
+                failure.report();
+            }
+        }
+        process::exit(INTERRUPTED);
+    };
+    let told = move || {
+        runtime.block_on(endings.told());
+        if thread::Builder::new().name("ending".to_owned()).spawn(end).is_ok() {
+            runtime.block_on(endings.told());
+        }
+        process::exit(INTERRUPTED);
+    };
+    thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
+    Ok(())
+}
 
 /// Lets Ctrl-C, and other requests to end, interrupt the port, so that `halt` is sent and its
 /// effect awaited. At a second request the program ends at once.
@@ -140,7 +182,7 @@ pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure>
             "interrupted again: ended without waiting, and the machine may still be moving; use the \
              emergency stop if it does"
         );
-        process::exit(TOLD_AGAIN);
+        process::exit(INTERRUPTED);
     };
     thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
     Ok(())

@@ -4,7 +4,9 @@ use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -12,6 +14,7 @@ use vimc4_catalogue::{Details, Model};
 use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
+use crate::endings;
 use crate::failure::Failure;
 use crate::identity::Identity;
 use crate::output::create;
@@ -42,13 +45,21 @@ pub(crate) struct Sheets {
     files: Vec<Page>,
     /// The waveforms beside which stands what a viewer shows first.
     waveforms: Vec<PathBuf>,
+    is_kept: bool,
 }
 
 /// A device that is being drawn.
 pub(crate) struct Waves {
-    analyser: Analyser,
+    drawn: Arc<Half>,
     model: Model,
+}
+
+/// What is drawn so far: no more than half of a file, until it is ended.
+struct Half {
+    analyser: Mutex<Option<Analyser>>,
     files: Vec<Page>,
+    /// The program ends, and who draws is to let go.
+    ends: AtomicBool,
 }
 
 impl Drawn {
@@ -82,7 +93,8 @@ impl Drawn {
             return Ok(None);
         }
         let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();
-        let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms };
+        let (files, is_kept) = (Vec::new(), false);
+        let mut sheets = Sheets { sheets: Vec::new(), files, waveforms, is_kept };
         if let Some(path) = vcd {
             let page = sheets.page(path)?;
             sheets.sheets.push(Box::new(Vcd::new(page)));
@@ -110,6 +122,11 @@ impl Sheets {
         Ok(page)
     }
 
+    /// Has the files ended rightly if somebody ends the program while they are drawn.
+    pub(crate) fn kept(self) -> Sheets {
+        Sheets { is_kept: true, ..self }
+    }
+
     /// Begins to draw a controller of a model, as it is now.
     pub(crate) fn begin<D: Device<Details = Details>>(
         self,
@@ -124,7 +141,16 @@ impl Sheets {
             beside(path, "gtkw", &layout::gtkwave(scene, &whole.display().to_string()))?;
             beside(path, "sucl", &layout::surfer(scene))?;
         }
-        Ok(Waves { analyser, model: model.clone(), files: self.files })
+        let (analyser, ends) = (Mutex::new(Some(analyser)), AtomicBool::new(false));
+        let drawn = Arc::new(Half { analyser, files: self.files, ends });
+        if self.is_kept {
+            let half = Arc::clone(&drawn);
+            endings::before_end(move || {
+                half.ends.store(true, Ordering::Relaxed);
+                half.end(Time::ZERO)
+            })?;
+        }
+        Ok(Waves { drawn, model: model.clone() })
     }
 }
 
@@ -149,12 +175,12 @@ impl Waves {
 
     /// Something went into the device.
     pub(crate) fn given(&mut self, at: Time, input: Input<'_>) {
-        self.analyser.given(at, input);
+        self.drawn.with(|analyser| analyser.given(at, input));
     }
 
     /// The device was put into another state.
     pub(crate) fn restored(&mut self) {
-        self.analyser.restored();
+        self.drawn.with(Analyser::restored);
     }
 
     /// What came out, and the device now.
@@ -163,14 +189,16 @@ impl Waves {
         device: &D,
         outputs: &VecDeque<Output>,
     ) {
-        for output in outputs {
-            match output {
-                Output::Bytes(at, bytes) => self.analyser.sent(*at, bytes),
-                Output::Event(stamp, event) => self.analyser.see(stamp.at, event),
-                Output::Flash(..) => {}
+        self.drawn.with(|analyser| {
+            for output in outputs {
+                match output {
+                    Output::Bytes(at, bytes) => analyser.sent(*at, bytes),
+                    Output::Event(stamp, event) => analyser.see(stamp.at, event),
+                    Output::Flash(..) => {}
+                }
             }
-        }
-        self.analyser.look(device, drives(&self.model));
+            analyser.look(device, drives(&self.model));
+        });
     }
 
     /// Draws the rest, up to this time.
@@ -179,7 +207,31 @@ impl Waves {
     ///
     /// If not everything could be written.
     pub(crate) fn finish(self, at: Time) -> Result<(), Failure> {
-        self.analyser.finish(at);
+        self.drawn.end(at)
+    }
+}
+
+impl Half {
+    fn lock(&self) -> MutexGuard<'_, Option<Analyser>> {
+        self.analyser.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn with(&self, draw: impl FnOnce(&mut Analyser)) {
+        while self.ends.load(Ordering::Relaxed) {
+            thread::park();
+        }
+        if let Some(analyser) = &mut *self.lock() {
+            draw(analyser);
+        }
+    }
+
+    /// Ends the files, at this time or where they are further already.
+    fn end(&self, at: Time) -> Result<(), Failure> {
+        // Whoever else ends them waits until they are ended.
+        let mut analyser = self.lock();
+        if let Some(analyser) = analyser.take() {
+            analyser.finish(at);
+        }
         self.files.iter().try_for_each(Page::finish)
     }
 }

@@ -391,7 +391,10 @@ fn what_is_recorded_over_http_plays() -> Outcome {
     // That one is not a client's to end.
     let line = format!("curl -s -X DELETE http://{address}/v1/controllers/1/recording");
     let text = printed(&shell(&line))?;
-    assert!(text.contains("was begun by --record") && text.contains("ends with the program"), "{text}");
+    assert!(
+        text.contains("was begun by --record") && text.contains("ends with the program"),
+        "{text}"
+    );
     Ok(())
 }
 

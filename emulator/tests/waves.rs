@@ -217,6 +217,43 @@ fn a_file_that_somebody_has_is_left() {
     assert!(code == 2 && errors.contains("cannot write no/out.vcd"), "{errors}");
 }
 
+/// Whoever has seen enough presses Ctrl-C, and has what was drawn until then.
+fn an_interrupted_run_leaves_whole_files() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(
+        path("endless.txt"),
+        "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n",
+    )
+    .unwrap();
+    let outputs =
+        ["--for", "10000h", "--vcd", "out.vcd", "--fst", "out.fst", "--perfetto", "out.json"];
+    let mut command = process::vimc4(folder.path(), &["run", "endless.txt", "--machine", "mill"]);
+    let mut run = Process::start(command.args(outputs));
+    let size = |name: &str| fs::metadata(path(name)).map_or(0, |file| file.len());
+    process::until("it draws", || size("out.vcd") > 1_000_000);
+    let interrupted = Command::new("kill").args(["-INT", &run.child.id().to_string()]).status();
+    assert!(interrupted.unwrap().success());
+    assert_eq!(run.end().0, Some(130));
+    let text = fs::read_to_string(path("out.vcd")).unwrap();
+    let last = text.lines().last().unwrap();
+    assert!(text.ends_with('\n') && last[1..].parse::<u64>().is_ok(), "{last}");
+    let drawn = read(&path("out.vcd"));
+    let steps = rises(&drawn, "imc4.x.step").len();
+    assert!(steps > 1_000, "{steps}");
+    let trace: Value =
+        serde_json::from_str(&fs::read_to_string(path("out.json")).unwrap()).unwrap();
+    assert!(trace.is_array() || trace.is_object());
+    // What is compressed has the same, if there is a reader.
+    let mut other = Command::new("fst2vcd");
+    if let Ok(status) =
+        other.args(["out.fst", "-o", "other.vcd"]).current_dir(folder.path()).status()
+    {
+        assert!(status.success());
+        assert_eq!(rises(&read(&path("other.vcd")), "imc4.x.step").len(), steps);
+    }
+}
+
 /// GTKWave's own reader of its own format.
 fn fst2vcd_reads_the_same() {
     let folder = folder();
@@ -269,6 +306,7 @@ fn main() -> ExitCode {
         test("the edges of a run are its steps", the_edges_of_a_run_are_its_steps),
         test("a job is drawn like its commands", a_job_is_drawn_like_its_commands),
         test("a recording is drawn as the run was", a_recording_is_drawn_as_the_run_was),
+        test("an interrupted run leaves whole files", an_interrupted_run_leaves_whole_files),
         test(
             "a run that ends sooner is drawn the same up to there",
             a_run_that_ends_sooner_is_drawn_the_same_up_to_there,

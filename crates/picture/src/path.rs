@@ -5,7 +5,9 @@ use vimc4_motion::{AXES, Point};
 use crate::frame::{Frame, added, distance, scaled};
 use crate::leg::{Leg, Purpose, Way};
 use crate::plot::{Mark, MarkKind, Plot};
-use crate::scene::{Anchor, Area, Colour, Item, Pen, Scene, Spot, Thinned, pen};
+use crate::scene::{
+    Anchor, Area, CHAIN, Colour, DASHED, DOTTED, Item, Pen, Scene, Spot, Thinned, pen,
+};
 use crate::ticks::{round_step, ticks};
 use crate::view::{Colouring, View};
 
@@ -34,11 +36,14 @@ const TOLERANCE: f64 = 0.25;
 
 /// The groups of lines of a path that are drawn alike, from back to front.
 const KINDS: [(&str, Pen); 4] = [
-    ("reference", Pen { colour: [150, 150, 150], width: 1.0, dashed: true }),
-    ("rapid", Pen { colour: [217, 119, 6], width: 1.0, dashed: true }),
+    ("reference", Pen { colour: [107, 114, 128], width: 1.4, dashes: DOTTED }),
+    ("rapid", Pen { colour: [217, 119, 6], width: 1.0, dashes: DASHED }),
     ("feed", pen([29, 78, 216], 1.6)),
     ("arc", pen([4, 120, 87], 1.6)),
 ];
+
+/// The ends of the machine, as drawings have the limits of what moves.
+const ENVELOPE: Pen = Pen { colour: [150, 150, 150], width: 1.0, dashes: CHAIN };
 
 /// Slow to fast: dark to bright, and different for people who tell no red from green.
 const SPEEDS: [Colour; 10] = [
@@ -321,14 +326,13 @@ fn edges(frame: &Frame) -> Vec<[[f64; 3]; 2]> {
 fn draw(scene: &mut Scene, plot: &Plot, panel: &Panel<'_>, fastest: f64, colouring: Colouring) {
     let Panel { area, view, frame, .. } = panel;
     scales(scene, panel);
-    let envelope = Pen { colour: [170, 170, 170], width: 1.0, dashed: true };
     let edges = edges(frame).into_iter().filter_map(|edge| {
         let [from, to] = edge.map(|end| panel.spot(projected(*view, end)));
         area.clip(from, to).filter(|(from, to)| from != to).map(|(from, to)| vec![from, to])
     });
     let lines: Vec<Vec<Spot>> = edges.collect();
     if !lines.is_empty() {
-        scene.items.push(Item::Lines { class: "envelope", pen: envelope, lines });
+        scene.items.push(Item::Lines { class: "envelope", pen: ENVELOPE, lines });
     }
     match colouring {
         Colouring::Kind => by_kind(scene, plot, panel),
@@ -592,8 +596,7 @@ fn legend(scene: &mut Scene, plot: &Plot, frame: &Frame, fastest: f64, colouring
         x += 20.0 + text.len() as f64 * 7.2;
     }
     if !edges(frame).is_empty() {
-        let envelope = Pen { colour: [170, 170, 170], width: 1.0, dashed: true };
-        scene.line("legend", envelope, [(x, y - 4.0), (x + 24.0, y - 4.0)]);
+        scene.line("legend", ENVELOPE, [(x, y - 4.0), (x + 24.0, y - 4.0)]);
         scene.text((x + 30.0, y), "ends of the machine", 12.0, INK, Anchor::Start);
     }
     scene.height = y + 18.0;

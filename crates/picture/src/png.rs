@@ -10,7 +10,7 @@ use tiny_skia::{
 };
 
 use crate::font;
-use crate::scene::{Anchor, Colour, Item, Label, Scene, Spot};
+use crate::scene::{Anchor, Colour, Item, Label, Pen, Scene, Spot, pen};
 
 /// Pixels of the file for one of the scene.
 const SCALE: f64 = 2.0;
@@ -38,7 +38,7 @@ fn put(pixels: &mut PixmapMut<'_>, item: &Item) {
         Item::Lines { pen, lines, .. } => {
             let mut path = PathBuilder::new();
             lines.iter().for_each(|line| trace(&mut path, line));
-            stroke(pixels, path, pen.colour, pen.width, pen.dashed);
+            stroke(pixels, path, pen);
         }
         Item::Sign { at, outline, colour, .. } => {
             let placed: Vec<Spot> =
@@ -60,7 +60,7 @@ fn put(pixels: &mut PixmapMut<'_>, item: &Item) {
         Item::Text(label) => {
             let mut path = PathBuilder::new();
             letters(label).iter().for_each(|line| trace(&mut path, line));
-            stroke(pixels, path, label.colour, label.size * 0.09, false);
+            stroke(pixels, path, &pen(label.colour, label.size * 0.09));
         }
     }
 }
@@ -96,17 +96,19 @@ fn trace(path: &mut PathBuilder, line: &[Spot]) {
     }
 }
 
-fn stroke(pixels: &mut PixmapMut<'_>, path: PathBuilder, colour: Colour, width: f64, dashed: bool) {
+fn stroke(pixels: &mut PixmapMut<'_>, path: PathBuilder, pen: &Pen) {
     let Some(path) = path.finish() else { return };
     let scale = SCALE as f32;
-    let (line_cap, line_join) = match dashed {
-        true => (LineCap::Butt, LineJoin::Miter),
-        false => (LineCap::Round, LineJoin::Round),
+    let (line_cap, line_join) = match pen.dashes {
+        [] => (LineCap::Round, LineJoin::Round),
+        _ => (LineCap::Butt, LineJoin::Miter),
     };
-    let dash = if dashed { StrokeDash::new(vec![6.0 * scale, 4.0 * scale], 0.0) } else { None };
-    let stroke =
-        Stroke { width: width as f32 * scale, line_cap, line_join, dash, ..Stroke::default() };
-    pixels.stroke_path(&path, &paint(colour), &stroke, Transform::identity(), None);
+    // A whole line is no dash at all.
+    let dashes = pen.dashes.iter().map(|length| *length as f32 * scale).collect();
+    let dash = StrokeDash::new(dashes, 0.0);
+    let width = pen.width as f32 * scale;
+    let stroke = Stroke { width, line_cap, line_join, dash, ..Stroke::default() };
+    pixels.stroke_path(&path, &paint(pen.colour), &stroke, Transform::identity(), None);
 }
 
 fn paint([red, green, blue]: Colour) -> Paint<'static> {

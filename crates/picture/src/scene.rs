@@ -11,12 +11,18 @@ pub(crate) type Spot = (f64, f64);
 pub(crate) struct Pen {
     pub(crate) colour: Colour,
     pub(crate) width: f64,
-    pub(crate) dashed: bool,
+    /// How long it draws and does not, by turns, in pixels; empty for a whole line.
+    pub(crate) dashes: &'static [f64],
 }
+
+/// Lines that are told apart without their colours, too.
+pub(crate) const DASHED: &[f64] = &[6.0, 4.0];
+pub(crate) const DOTTED: &[f64] = &[1.5, 2.5];
+pub(crate) const CHAIN: &[f64] = &[14.0, 3.0, 2.0, 3.0];
 
 /// A pen that draws a whole line.
 pub(crate) const fn pen(colour: Colour, width: f64) -> Pen {
-    Pen { colour, width, dashed: false }
+    Pen { colour, width, dashes: &[] }
 }
 
 /// Which end of a text is at its place.

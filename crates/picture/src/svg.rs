@@ -33,10 +33,12 @@ fn put(out: &mut String, item: &Item) {
                 colour(pen.colour),
                 number(tenths(pen.width)),
             );
-            if pen.dashed {
-                out.push_str(" stroke-dasharray=\"6 4\"");
-            } else {
+            if pen.dashes.is_empty() {
                 out.push_str(" stroke-linejoin=\"round\" stroke-linecap=\"round\"");
+            } else {
+                let dashes: Vec<String> =
+                    pen.dashes.iter().map(|length| number(tenths(*length))).collect();
+                let _ = write!(out, " stroke-dasharray=\"{}\"", dashes.join(" "));
             }
             out.push_str(" d=\"");
             lines.iter().for_each(|line| polyline(out, line));

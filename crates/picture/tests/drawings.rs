@@ -143,6 +143,37 @@ fn marks_are_where_they_happened() {
     );
 }
 
+/// On paper without colours, and for people who tell few of them apart.
+#[test]
+fn lines_are_told_apart_without_their_colours_too() {
+    let mut run = Run::new();
+    run.plot.purpose(Purpose::Reference);
+    run.go([-2_000, 0, 0], None);
+    run.plot.purpose(Purpose::Rapid);
+    run.go([4_000, 2_500, 0], None);
+    run.plot.purpose(Purpose::Work);
+    run.go([0, -2_000, 0], None);
+    let svg = Picture::of(&run.plot, &frame(), &[View::Top], Colouring::Kind).svg();
+    let dashes = |line: &str| {
+        line.split_once("stroke-dasharray=\"")
+            .map_or("", |(_, rest)| rest.split('"').next().unwrap())
+            .to_owned()
+    };
+    let of = |class: &str| -> Vec<String> {
+        let class = format!("class=\"{class}\"");
+        svg.lines()
+            .filter(|line| line.contains(&class) && line.contains("fill=\"none\""))
+            .map(dashes)
+            .collect()
+    };
+    let drawn = ["reference", "rapid", "feed", "envelope"].map(|class| of(class).concat());
+    let mut different = drawn.to_vec();
+    different.sort_unstable();
+    different.dedup();
+    assert_eq!(different.len(), drawn.len(), "{drawn:?}");
+    assert_eq!(of("legend"), drawn, "the legend shows them as they are");
+}
+
 #[test]
 fn a_reference_run_ends_at_zero_and_the_path_before_it_is_where_it_was() {
     let mut run = Run::new();

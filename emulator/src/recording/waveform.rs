@@ -80,7 +80,7 @@ impl Drawing {
 ///
 /// If it cannot be played into that, or not everything could be written.
 pub(super) fn draw(recording: &Recording, site: &Site, sheets: Sheets) -> Result<(), Failure> {
-    let mut drawing = Drawing::new(site.clone(), recording.head.line, sheets)?;
+    let mut drawing = Drawing::new(site.clone(), recording.head.line, sheets.kept())?;
     for entry in &recording.entries {
         drawing.take(entry)?;
     }

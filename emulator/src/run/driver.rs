@@ -132,7 +132,7 @@ impl Driver {
         model: &Model,
     ) -> Result<Driver, Failure> {
         let Some(sheets) = sheets else { return Ok(self) };
-        self.waves = Some(sheets.begin(self.harness.device(), model, Pacing::Ideal)?);
+        self.waves = Some(sheets.kept().begin(self.harness.device(), model, Pacing::Ideal)?);
         self.harness = self.harness.keeping_given();
         Ok(self.watching())
     }
