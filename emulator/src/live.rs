@@ -13,6 +13,8 @@ use vimc4_debug::{
     Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
     uninterrupted,
 };
+#[cfg(feature = "api")]
+use vimc4_device::TimedInput;
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 use vimc4_timeline::{Act, History, Moment, Place, Progress};
 
@@ -52,8 +54,10 @@ impl Until {
 pub(crate) struct Live {
     /// The controller itself, if it ends with the debugger.
     emulator: Option<Emulator>,
-    /// Whether it goes on without the debugger.
+    /// Whether it is left to others without the debugger.
     goes_on_alone: bool,
+    /// Whether it was paused already, and nobody has let it go on since.
+    stays_paused: bool,
     control: Control,
     reports: Option<Reports>,
     /// Where in the history it is.
@@ -107,6 +111,7 @@ impl Live {
         past: impl FnOnce(&Controller) -> Option<History<Controller>>,
     ) -> Result<(Live, Debugger), Failed> {
         let control = control.by(who);
+        let stays_paused = control.paused().wait().map_err(failed)?.is_some();
         control.pause().wait().map_err(failed)?;
         let wants = Wants { inputs: true, sent: false, kinds: Kinds::NONE };
         let (tap, reports) = Reports::new(wants, WAITING);
@@ -123,6 +128,7 @@ impl Live {
         let mut live = Live {
             emulator: None,
             goes_on_alone: true,
+            stays_paused,
             control,
             reports: Some(reports),
             place,
@@ -233,6 +239,31 @@ impl Live {
             history.drain();
         }
         Ok(())
+    }
+
+    /// Whether its time waits. Somebody else may have let it go on.
+    #[cfg(feature = "api")]
+    pub(crate) fn is_paused(&self) -> Result<bool, Failed> {
+        Ok(self.control.paused().wait().map_err(failed)?.is_some())
+    }
+
+    /// The controller gets what was sent to it in the debugger and is still on its way.
+    #[cfg(feature = "api")]
+    pub(crate) fn deliver(&self, debugger: &Debugger) {
+        let Place { branch, moment } = self.place;
+        let given = debugger.history().inputs(branch, moment.inputs);
+        let mut given_before = usize::try_from(moment.bytes).unwrap_or_default();
+        for TimedInput { input, .. } in given.take_while(|given| given.at <= moment.at) {
+            let rest = match input.as_input() {
+                Input::Bytes(bytes) => {
+                    let rest = bytes.get(given_before..).unwrap_or_default();
+                    (!rest.is_empty()).then(|| OwnedInput::from(Input::Bytes(rest)))
+                }
+                _ => Some(input),
+            };
+            given_before = 0;
+            rest.into_iter().for_each(|input| drop(self.control.inject(input)));
+        }
     }
 
     /// Where the controller is.
@@ -391,6 +422,7 @@ impl Live {
         }
         self.put_here(debugger)?;
         self.forget_reports();
+        self.stays_paused = false;
         let place = self.shown_place(debugger);
         Ok(format!("the controller is at {place} now and goes on from there"))
     }
@@ -471,6 +503,7 @@ impl Live {
     /// Time goes on.
     fn goes_on(&mut self) -> Result<(), Failed> {
         self.running_from = Some(self.place);
+        self.stays_paused = false;
         self.forget_reports();
         self.control.resume().wait().map_err(failed)?;
         Ok(())
@@ -583,13 +616,15 @@ impl Live {
 }
 
 impl Drop for Live {
-    /// A controller that runs for others goes on undisturbed.
+    /// A controller that runs for others goes on undisturbed, or stays paused as it was.
     fn drop(&mut self) {
         if self.goes_on_alone {
             for breakpoint in self.set.drain(..) {
                 drop(self.control.remove_breakpoint(breakpoint));
             }
-            drop(self.control.resume());
+            if !self.stays_paused {
+                drop(self.control.resume());
+            }
         }
     }
 }

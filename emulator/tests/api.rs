@@ -356,6 +356,64 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     Ok(())
 }
 
+/// Whoever looks, asks or leaves changes nothing but what they mean to.
+fn those_who_look_are_in_nobodys_way() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+    let get = |path: &str| ask("GET", path, Value::Null).1;
+    let idle = json!({ "condition": "idle" });
+    ask("POST", "/line", json!({ "send": "@01\r@0A500,900\r" }));
+    assert_eq!(ask("POST", "/clock/run-until", idle.clone()).0, 200);
+
+    // A client that sees another moment than the one that is looked at by now means that, and is told.
+    let begin = get("/journal?kinds=command")["entries"][0]["at"].as_u64().ok_or("no command")?;
+    let later = begin + 200_000_000;
+    let seen = ask("POST", "/history/go", json!({ "at": begin + 100_000_000 })).1;
+    let seen = json!({ "branch": seen["branch"], "at": seen["at"] });
+    ask("POST", "/history/go", json!({ "at": later }));
+    let order = json!({ "order": "hold estop", "branch": seen["branch"], "at": seen["at"] });
+    for (path, body) in [("/history/take", seen.clone()), ("/history/do", order)] {
+        let (status, said) = ask("POST", path, body);
+        let detail = said["detail"].as_str().unwrap_or_default();
+        assert!(
+            status == 409 && detail.contains(&format!("{later} ns on branch 0")),
+            "{path}: {said}"
+        );
+    }
+    assert_eq!(get("/history")["branches"].as_array().map(Vec::len), Some(1));
+    let here = json!({ "branch": 0, "at": later });
+    assert_eq!(ask("POST", "/history/take", here).0, 200);
+    ask("DELETE", "/debugger", Value::Null);
+    assert_eq!(get("/clock")["paused"], Value::Null);
+
+    // Somebody lets time go on; to ask what there is does not stop it again.
+    ask("POST", "/history/go", json!({}));
+    assert_eq!(ask("POST", "/clock/resume", Value::Null).0, 200);
+    assert_eq!(get("/history")["open"], true);
+    get("/history/entries?branch=0");
+    assert_eq!(get("/clock")["paused"], Value::Null);
+    ask("DELETE", "/debugger", Value::Null);
+
+    // What was paused before stays so.
+    assert_eq!(ask("POST", "/clock/pause", Value::Null).0, 200);
+    ask("POST", "/history/go", json!({ "at": later }));
+    ask("DELETE", "/debugger", Value::Null);
+    assert_eq!(get("/clock")["paused"]["by"], "the API");
+    assert_eq!(ask("POST", "/clock/resume", Value::Null).0, 200);
+
+    // What was sent in the debugger arrives when that is closed.
+    ask("POST", "/clock/run-until", idle.clone());
+    let from = get("/position")["axes"]["X"].as_i64().ok_or("no position")?;
+    for line in ["send @0A20,900", "send @0A3,900", "step command", "back command"] {
+        assert_eq!(ask("POST", "/debugger", json!({ "line": line })).0, 200, "{line}");
+    }
+    ask("DELETE", "/debugger", Value::Null);
+    assert_eq!(ask("POST", "/clock/run-until", idle).0, 200);
+    assert_eq!(get("/position")["axes"]["X"], from + 23);
+    Ok(())
+}
+
 /// What the page records plays, and so does what `--record` has written so far.
 fn what_is_recorded_over_http_plays() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -449,6 +507,7 @@ fn main() -> ExitCode {
             "",
             the_past_is_looked_at_branches_and_is_taken_over,
         ),
+        trial("those_who_look_are_in_nobodys_way", "", those_who_look_are_in_nobodys_way),
         trial("a_recording_is_one_page", "", a_recording_is_one_page),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];

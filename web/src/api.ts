@@ -201,6 +201,8 @@ export interface Listener {
   entries(controller: number, entries: Entry[]): void;
   /** These numbers are no longer to be had. */
   gap(controller: number, from: number, to: number): void;
+  /** Another moment of the past may be looked at, or none any more. */
+  looked(controller: number): void;
   position(position: Position): void;
   refused(detail: string): void;
   /** The numbers up to which everything is known. Asked before each connection. */
@@ -228,6 +230,8 @@ export function tell(message: { type: string } & Record<string, unknown>, listen
       return listener.entries(controller, message.entries as Entry[]);
     case "gap":
       return listener.gap(controller, Number(message.from), Number(message.to));
+    case "history":
+      return listener.looked(controller);
     case "position":
       return listener.position(message as unknown as Position);
     case "problem":

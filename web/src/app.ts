@@ -82,6 +82,7 @@ export class App {
         this.of(number)?.gap(from, to);
         this.changed();
       },
+      looked: (number) => this.look(number),
       position: (position) => {
         this.of(position.controller)?.isAt(position);
         this.changed();

@@ -39,6 +39,12 @@ export class Past implements Tale {
     return !history?.open || (history.branch === history.now.branch && history.at === history.now.at);
   }
 
+  /** The moment that a person sees, and means: somebody else may look at another one by now. */
+  private get sight(): Partial<Moment> {
+    const { history } = this;
+    return history?.open ? { branch: history.branch, at: history.at } : {};
+  }
+
   private get path(): string {
     return `/controllers/${this.machine.number}`;
   }
@@ -57,7 +63,7 @@ export class Past implements Tale {
   }
 
   do(deed: { order: string } | { send: string }): Promise<boolean> {
-    return this.ask("do", deed);
+    return this.ask("do", { ...deed, ...this.sight });
   }
 
   /** Steps in the words of the console; where the present is looked at, the controller goes along. */
@@ -73,8 +79,7 @@ export class Past implements Tale {
 
   /** Takes the controller itself here, and lets it go on. */
   async takeOver(): Promise<void> {
-    await this.ask("take");
-    await this.leave();
+    if (await this.ask("take", this.sight)) await this.leave();
   }
 
   /** Looks at the present again, and lets the controller go on. */

@@ -365,7 +365,7 @@ const isPast = async (page) => (await line(page).getAttribute("data-past")) === 
 with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency stop, and is taken over", async (server, opened) => {
   const { page } = await opened();
   await server.send("@01");
-  await server.send("@0A4000,500");
+  await server.send("@0A40000,500");
   await until("it moves", async () => (await carriage(page))[0] > 300);
   await knob(page, "stop").click();
   await said(page, /^[\d.,]+ s←F.*stopped by STOP/).waitFor();
@@ -382,7 +382,7 @@ with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency s
   await page.getByText("This is past.").waitFor();
   assert.equal((await server.ask("GET", "/controllers/1/clock")).paused.by, "the API");
   // An entry jumps to its moment: there the motion has not begun.
-  const command = said(page, "relative move X +4,000");
+  const command = said(page, "relative move X +40,000");
   await command.getByRole("button").first().click();
   await page.getByRole("button", { name: "Look at this moment" }).click();
   await until("it has not moved", async () => (await carriage(page))[0] === 0);
@@ -432,6 +432,13 @@ with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency s
   await until("the branch is seen", () => isPast(page));
   const other = await opened();
   await until("the other browser sees it, too", () => isPast(other.page));
+  // So does the first what the other does there.
+  const before = await lookedAt(page);
+  await other.page.getByRole("slider", { name: "Time line" }).focus();
+  await other.page.keyboard.press("ArrowLeft");
+  await until("both see an earlier moment", async () => (await lookedAt(page)) < before && (await lookedAt(page)) === (await lookedAt(other.page)));
+  await other.page.locator(".branches button", { hasText: "estop pressed" }).click();
+  await until("the branch is seen again", async () => (await lookedAt(page)) >= before);
   await page.getByRole("button", { name: "Go on from here" }).click();
   await until("it is the present", async () => !(await isPast(page)) && !(await isPast(other.page)));
   await until("the emergency stop is held", async () => (await knob(page, "estop").getAttribute("aria-pressed")) === "true");

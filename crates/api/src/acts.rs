@@ -11,7 +11,7 @@ use vimc4::{
 };
 
 use crate::call::{Answer, Call, Outcome, no_such};
-use crate::debugger::{Goal, Question};
+use crate::debugger::{Goal, Question, Sight};
 use crate::entry;
 use crate::limits::{BREAKPOINTS, LONGEST_NAME, PAGE, RECORDING, SNAPSHOTS};
 use crate::problem::{Kind, Problem};
@@ -422,7 +422,10 @@ pub(crate) async fn debugger_view(call: Call) -> Outcome {
 async fn ask_debugger(call: &Call, question: Question) -> Outcome {
     let Served { desk, control, memory, .. } = call.controller()?;
     let open = call.app.debugger.as_ref().map(|Debug(open)| open);
-    Ok(Answer::Json(desk.ask(open, control, memory, question).await?))
+    let answer = desk.ask(open, control, memory, question).await;
+    // Those who watch may see another moment now.
+    call.app.news.send_replace(());
+    Ok(Answer::Json(answer?))
 }
 
 /// Whoever waits for the end of the answer has the debugger, which others may share, and leaves it by
@@ -439,6 +442,7 @@ pub(crate) async fn hold_debugger(call: Call) -> Outcome {
         held.ended().await;
         if let Ok(Served { desk, .. }) = call.controller() {
             desk.leave(&held).await;
+            call.app.news.send_replace(());
         }
     });
     Ok(Answer::Holding(holding))
@@ -449,7 +453,9 @@ pub(crate) async fn cancel_debugger(call: Call) -> Outcome {
 }
 
 pub(crate) async fn close_debugger(call: Call) -> Outcome {
-    debugger_was_open(call.controller()?.desk.close().await)
+    let was_open = call.controller()?.desk.close().await;
+    call.app.news.send_replace(());
+    debugger_was_open(was_open)
 }
 
 fn debugger_was_open(was_open: bool) -> Outcome {
@@ -516,7 +522,13 @@ pub(crate) async fn do_there(call: Call) -> Outcome {
             return Err(Problem::new(Kind::WrongRequest, detail, "send one of order and send"));
         }
     };
-    ask_debugger(&call, Question::Do(line)).await
+    ask_debugger(&call, Question::Do(line, sight(&call))).await
+}
+
+/// The moment that whoever asks sees.
+fn sight(call: &Call) -> Sight {
+    let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
+    Sight { branch: number("branch"), at: number("at") }
 }
 
 /// An order that does something to the controller at once.
@@ -532,7 +544,7 @@ fn deed(call: &Call, text: &str) -> Result<String, Problem> {
 }
 
 pub(crate) async fn take(call: Call) -> Outcome {
-    ask_debugger(&call, Question::Take).await
+    ask_debugger(&call, Question::Take(sight(&call))).await
 }
 
 pub(crate) async fn history_entries(call: Call) -> Outcome {

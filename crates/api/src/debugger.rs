@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Duration;
@@ -97,27 +98,72 @@ pub(crate) enum Question {
     History,
     Go(Goal),
     /// A line at the moment that is looked at.
-    Do(String),
-    Take,
+    Do(String, Sight),
+    Take(Sight),
     /// What happened on a branch.
     Entries(Option<u64>, Box<Names>),
 }
 
-/// As JSON.
-type Said = Result<String, String>;
+/// The moment that a client sees, which it means: its branch and its time, as far as it says them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sight {
+    pub(crate) branch: Option<u64>,
+    pub(crate) at: Option<u64>,
+}
+
+impl Sight {
+    /// Whether the debugger looks there.
+    fn is_right(self, debugger: &mut dyn Debugging) -> Result<(), Unsaid> {
+        let is =
+            |seen: Option<u64>, now: &Value| seen.is_none_or(|seen| now.as_u64() == Some(seen));
+        let history = debugger.history()?;
+        match is(self.branch, &history["branch"]) && is(self.at, &history["at"]) {
+            true => Ok(()),
+            false => Err(Unsaid {
+                kind: Kind::NotNow,
+                why: format!(
+                    "another moment is looked at by now: {} ns on branch {}; look there, or GET the history, \
+                     which tells it",
+                    history["at"], history["branch"]
+                ),
+            }),
+        }
+    }
+}
+
+/// As JSON, or why there is nothing.
+type Said = Result<String, Unsaid>;
+
+#[derive(Debug)]
+struct Unsaid {
+    kind: Kind,
+    why: String,
+}
+
+impl From<String> for Unsaid {
+    fn from(why: String) -> Unsaid {
+        Unsaid { kind: Kind::NotUnderstood, why }
+    }
+}
 
 /// What a debugger says to it.
 fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
     match question {
         Question::View => return Ok(debugger.view().to_string()),
         Question::Line(line) => {
-            return debugger.carry_out(&line).map(|text| json!({ "text": text }).to_string());
+            return Ok(json!({ "text": debugger.carry_out(&line)? }).to_string());
         }
         Question::Entries(branch, names) => return entries(debugger, branch, &names),
         Question::History => {}
         Question::Go(goal) => debugger.go(goal)?,
-        Question::Do(line) => drop(debugger.branch(&line)?),
-        Question::Take => drop(debugger.carry_out("take")?),
+        Question::Do(line, sight) => {
+            sight.is_right(debugger)?;
+            debugger.branch(&line)?;
+        }
+        Question::Take(sight) => {
+            sight.is_right(debugger)?;
+            debugger.carry_out("take")?;
+        }
     }
     let mut history = debugger.history()?;
     history["open"] = true.into();
@@ -141,7 +187,11 @@ fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> 
 
 /// The place of the debugger of a controller.
 #[derive(Debug, Default)]
-pub(crate) struct Desk(Mutex<Option<Opened>>);
+pub(crate) struct Desk {
+    opened: Mutex<Option<Opened>>,
+    /// Another number after everything that may lead it elsewhere.
+    edition: AtomicU64,
+}
 
 /// A debugger that is open.
 struct Opened {
@@ -203,7 +253,16 @@ impl Drop for Asker {
 impl Desk {
     /// Whether one is open.
     pub(crate) async fn is_open(&self) -> bool {
-        self.0.lock().await.as_mut().is_some_and(|opened| !opened.is_over())
+        self.opened.lock().await.as_mut().is_some_and(|opened| !opened.is_over())
+    }
+
+    /// Another number after everything that may have led it elsewhere.
+    pub(crate) fn edition(&self) -> u64 {
+        self.edition.load(Ordering::Relaxed)
+    }
+
+    fn has_changed(&self) {
+        self.edition.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Asks the debugger, which is opened first if it is not open. What it says is JSON.
@@ -216,10 +275,12 @@ impl Desk {
     ) -> Result<String, Problem> {
         let (answer, reply) = oneshot::channel();
         let (asks, turn, cancel) = {
-            let mut desk = self.0.lock().await;
+            let mut desk = self.opened.lock().await;
             let opened = opened(&mut desk, open, control, memory).await?;
             (opened.asks.clone(), Arc::clone(&opened.turn), Arc::clone(&opened.cancel))
         };
+        let only_looks =
+            matches!(question, Question::View | Question::History | Question::Entries(..));
         // What only looks is done soon, and waits for others that look.
         let patience = match question {
             Question::Line(_) => Duration::ZERO,
@@ -235,9 +296,12 @@ impl Desk {
         let said = reply.await;
         asker.0 = None;
         drop(turn);
-        said.map_err(|_| gone())?.map_err(|wrong| {
-            let (detail, remedy) = wrong.split_once("; ").unwrap_or((&wrong, DEBUGGER_REMEDY));
-            Problem::new(Kind::NotUnderstood, detail, remedy)
+        if !only_looks {
+            self.has_changed();
+        }
+        said.map_err(|_| gone())?.map_err(|Unsaid { kind, why }| {
+            let (detail, remedy) = why.split_once("; ").unwrap_or((&why, DEBUGGER_REMEDY));
+            Problem::new(kind, detail, remedy)
         })
     }
 
@@ -249,7 +313,7 @@ impl Desk {
         memory: &Memory,
         by: String,
     ) -> Result<(Holding, Held), Problem> {
-        let mut desk = self.0.lock().await;
+        let mut desk = self.opened.lock().await;
         let opened = opened(&mut desk, open, control, memory).await?;
         if let Some((who, _)) = &opened.holder {
             let remedy = "end that, or DELETE the debugger, which lets the controller go on";
@@ -263,15 +327,16 @@ impl Desk {
     /// Closes the debugger that was held, if it is still open.
     pub(crate) async fn leave(&self, held: &Held) {
         let is_there = |opened: &Opened| Arc::ptr_eq(&opened.turn, &held.turn);
-        let opened = self.0.lock().await.take_if(|opened| is_there(opened));
+        let opened = self.opened.lock().await.take_if(|opened| is_there(opened));
         if let Some(opened) = opened {
             opened.close().await;
+            self.has_changed();
         }
     }
 
     /// Ends what the debugger is doing, which is then answered. Returns whether it is open.
     pub(crate) async fn cancel(&self) -> bool {
-        match &*self.0.lock().await {
+        match &*self.opened.lock().await {
             Some(opened) => (opened.cancel)(),
             None => return false,
         }
@@ -280,8 +345,9 @@ impl Desk {
 
     /// Closes the debugger, and returns when the controller goes on. Returns whether it was open.
     pub(crate) async fn close(&self) -> bool {
-        let Some(opened) = self.0.lock().await.take() else { return false };
+        let Some(opened) = self.opened.lock().await.take() else { return false };
         opened.close().await;
+        self.has_changed();
         true
     }
 }

@@ -50,6 +50,8 @@ struct Followed {
     /// What the entries were like when a position was taken last: the last number, and whether
     /// something moved.
     looked: Option<(u64, bool)>,
+    /// What moment was looked at when that was told last.
+    moment: u64,
     position: Option<Arc<Position>>,
 }
 
@@ -152,6 +154,7 @@ async fn serve(
         // Whatever happens from here on is looked at in the next round.
         news.mark_unchanged();
         while subscription.send_entries(socket, app).await? {}
+        subscription.send_moments(socket, app).await?;
         let restless = match subscription.period {
             Some(period) if Instant::now() >= due => {
                 due = Instant::now() + period;
@@ -236,7 +239,13 @@ fn subscribe(app: &App, wish: Wish) -> Result<Subscription, Problem> {
         let (last, _) = app.controllers[place].feed.state();
         // What is to come cannot have been seen.
         let sent = wish.after.get(&(place + 1)).map_or(last, |after| last.min(*after));
-        Followed { place, sent, looked: None, position: None }
+        Followed {
+            place,
+            sent,
+            looked: None,
+            moment: app.controllers[place].desk.edition(),
+            position: None,
+        }
     });
     let often = wish.positions.filter(|often| *often > 0).map(|often| often.min(POSITIONS));
     Ok(Subscription {
@@ -275,6 +284,18 @@ impl Subscription {
             }
         }
         Ok(more)
+    }
+
+    /// Says that another moment of the past may be looked at, or none any more.
+    async fn send_moments(&mut self, socket: &mut WebSocket, app: &App) -> Result<(), End> {
+        for followed in &mut self.followed {
+            let edition = app.controllers[followed.place].desk.edition();
+            if std::mem::replace(&mut followed.moment, edition) != edition {
+                let news = json!({ "type": "history", "controller": followed.place + 1 });
+                say(socket, news.to_string()).await?;
+            }
+        }
+        Ok(())
     }
 
     /// Sends where the axes are now, if that is news: the latest only, however slow the client is.

@@ -7,7 +7,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::{Map, Value, json};
 use vimc4::device::{Controller, Device};
-use vimc4::{Machine, Model, Names, Report, Sink, Time};
+use vimc4::{Machine, Model, Names, Report, Sink, Time, View};
 
 use crate::feed::{Bell, Feed};
 use crate::files::FILES;
@@ -24,12 +24,12 @@ pub struct Film {
     names: Names,
     feed: Arc<Feed>,
     first: Time,
-    views: Vec<(Time, Value)>,
+    views: Vec<(Time, View)>,
     /// Only every so many views are kept, and so many came since the last one.
     every: usize,
     since: usize,
     /// What is seen after what was told last.
-    latest: Option<(Time, Value)>,
+    latest: Option<(Time, View)>,
     parts: Vec<Value>,
 }
 
@@ -78,11 +78,11 @@ impl Film {
         if let Some((at, view)) = self.latest.take_if(|(at, _)| *at != now) {
             self.keep(at, view);
         }
-        self.latest = serde_json::to_value(controller.view(now)).ok().map(|view| (now, view));
+        self.latest = Some((now, controller.view(now)));
     }
 
     /// Where there are too many, every second one goes.
-    fn keep(&mut self, at: Time, view: Value) {
+    fn keep(&mut self, at: Time, view: View) {
         self.since += 1;
         if self.since >= self.every || self.views.is_empty() {
             self.since = 0;
@@ -131,6 +131,7 @@ impl Film {
         let mut before = Value::Null;
         for (place, (at, view)) in self.views.into_iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };
+            let view = serde_json::to_value(view)?;
             let change = change(&before, &view).unwrap_or_default();
             write!(packed, "{comma}[{at},{change}]", at = at.as_nanos())?;
             before = view;

@@ -44,6 +44,12 @@ const MOMENT: &[Field] = &[
 const DEED: &[Field] = &[
     Field::optional("order", Of::Text, "as on standard input", "hold estop"),
     Field::optional("send", Of::Text, "or bytes, a character for each", "@0P\r"),
+    SIGHT[0],
+    SIGHT[1],
+];
+const SIGHT: &[Field] = &[
+    Field::optional("branch", Of::Number, "only if this branch is looked at", "0"),
+    Field::optional("at", Of::Number, "only if this time is, in nanoseconds", "1500000000"),
 ];
 const BRANCH: &[Field] =
     &[Field::optional("branch", Of::Number, "of this branch, instead of the present one", "0")];
@@ -151,7 +157,7 @@ routes! {
         "Look at a moment, or without one at the present; opens the debugger, which pauses time";
     POST "/v1/controllers/{n}/history/do" NONE DEED "History" do_there
         "Do something at the moment that is looked at: in the past that begins a branch";
-    POST "/v1/controllers/{n}/history/take" NONE NONE "History" take
+    POST "/v1/controllers/{n}/history/take" NONE SIGHT "History" take
         "Take the controller itself to the moment that is looked at";
     GET "/v1/controllers/{n}/history/entries" BRANCH NONE "Journal" history_entries
         "What happened on a branch, as in the journal; the last 10,000 entries of it";

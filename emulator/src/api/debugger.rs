@@ -80,6 +80,14 @@ impl Console {
         live.map_or_else(|| self.session.debugger.place(), |live| live.place())
     }
 
+    /// Takes in what others have done, if time waits for that: to be asked is no reason to stop it.
+    fn look(&mut self) -> Result<(), String> {
+        match &self.session.live {
+            Some(live) if !live.is_paused()? => Ok(()),
+            _ => self.catch_up(),
+        }
+    }
+
     fn catch_up(&mut self) -> Result<(), String> {
         let Session { live, debugger, .. } = &mut self.session;
         live.as_mut().map_or(Ok(()), |live| live.catch_up(debugger))
@@ -132,7 +140,7 @@ impl Debugging for Console {
     }
 
     fn history(&mut self) -> Result<Value, String> {
-        self.catch_up()?;
+        self.look()?;
         let now = moment(self.live_place());
         let debugger = &self.session.debugger;
         let history = debugger.history();
@@ -218,7 +226,7 @@ impl Debugging for Console {
     }
 
     fn happened(&mut self, branch: Option<u64>, sink: &mut dyn Sink) -> Result<u64, String> {
-        self.catch_up()?;
+        self.look()?;
         let history = self.session.debugger.history();
         let branch =
             branch.map_or_else(|| Ok(history.heading()), |branch| self.branch_of(branch))?;
@@ -256,6 +264,15 @@ impl Debugging for Console {
 
     fn is_over(&self) -> bool {
         self.is_over
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        let Session { live, debugger, .. } = &self.session;
+        if let Some(live) = live {
+            live.deliver(debugger);
+        }
     }
 }
 

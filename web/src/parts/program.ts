@@ -15,7 +15,8 @@ export function program(app: App): Part {
   const goes = h("button", { attrs: { "data-once": "" }, onclick: () => void goOn() }, say("continue"));
   const goOn = async () => {
     if (app.past?.isOpen) await app.past.leave();
-    else await app.act((path) => app.api.post(`${path}/clock/resume`));
+    // It may have been paused before anybody looked back.
+    await app.act((path) => app.api.post(`${path}/clock/resume`));
   };
   const steps = h("div", { class: "bar" }, back, on, goes);
   const element = card("program", say("program"), state, steps, list);
