@@ -88,7 +88,6 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/connect.md", "wineserver ", "emulator/tests/connect: Wine"),
     ("docs/connect.md", "VBoxManage ", "not tried, as the page says"),
     ("docs/windows.md", "hub4com ", "not tried, as the page says"),
-    ("docs/windows.md", "vimc4 serve --serial", "needs Windows; ci/windows.sh"),
     ("docs/windows.md", "vimc4 doctor COM8", "needs Windows; ci/windows.sh"),
     ("docs/windows.md", "vimc4 completions powershell", "needs PowerShell"),
     ("docs/connect.md", "vimc4 serve --serial", "needs a serial port; emulator/tests/hostile.rs"),
