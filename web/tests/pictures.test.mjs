@@ -1,7 +1,8 @@
-// The pictures of docs/panel.md: what they show is asserted, and with PANEL_PICTURES they are kept.
+// The pictures of docs/panel.md and docs/playground.md: what they show is asserted, and with PANEL_PICTURES they are kept.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { browse, open, serve, until } from "./stand.mjs";
+import { absent, host } from "./tab.mjs";
 
 let browser;
 before(async () => (browser = await browse()));
@@ -46,6 +47,26 @@ test("the page is as its book shows it", async () => {
   } finally {
     await context.close();
     await server.end();
+  }
+});
+
+test("the page that needs no installing is as its book shows it", { skip: absent }, async () => {
+  const site = await host();
+  const context = await browser.newContext({ locale: "en", viewport: { width: 1520, height: 1010 } });
+  const page = await context.newPage();
+  page.setDefaultTimeout(60_000);
+  try {
+    await page.goto(site.url);
+    await page.getByRole("combobox", { name: "Pace" }).selectOption("100x");
+    await page.getByRole("combobox", { name: "Examples" }).selectOption("plate.ncp");
+    await page.getByText("plate.ncp has been carried out").waitFor();
+    await page.getByRole("textbox", { name: /Send to the controller/ }).fill("@0A1600,2000,800,2000,0,900,0,900");
+    await page.locator(".meaning", { hasText: "relative move X +1,600 steps" }).waitFor();
+    await until("the way is drawn", async () => Number(await page.locator(".stage").getAttribute("data-corners")) > 100);
+    await keep(page, "playground");
+  } finally {
+    await context.close();
+    await site.end();
   }
 });
 

@@ -10,7 +10,7 @@ import { chromium } from "playwright-core";
 
 const root = new URL("../../", import.meta.url);
 const target = process.env.CARGO_TARGET_DIR ?? new URL("target", root).pathname;
-const program = process.env.VIMC4 ?? `${target}/debug/vimc4`;
+export const program = process.env.VIMC4 ?? `${target}/debug/vimc4`;
 const browserPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 
 /** The program, which ends with its standard input, so that none is left behind. */
@@ -26,11 +26,13 @@ export async function serve(...options) {
     child.once("exit", () => reject(new Error(`it has ended: ${told}`)));
     child.once("error", reject);
   });
-  const { http } = JSON.parse(first);
+  const { http, controllers: [{ tcp }] } = JSON.parse(first);
   const url = http.replace(/\/$/, "");
   return {
     url,
     port: Number(new URL(url).port),
+    /** Where the line of the first controller is. */
+    tcp: { host: tcp.split(":")[0], port: Number(tcp.split(":")[1]) },
     async ask(method, path, body) {
       const response = await fetch(`${url}/v1${path}`, {
         method, headers: { "Content-Type": "application/json" }, body: body && JSON.stringify(body),

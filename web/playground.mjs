@@ -1,0 +1,64 @@
+// Makes the page that needs no installing: a folder of files that any web server, or none but a browser's
+// own cache, can have. The controllers in it are made by `cargo xtask page` before.
+import { build } from "esbuild";
+import { createHash } from "node:crypto";
+import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { gzipSync } from "node:zlib";
+
+const target = process.env.CARGO_TARGET_DIR ? new URL(`file://${process.env.CARGO_TARGET_DIR}/`) : new URL("../target/", import.meta.url);
+const out = new URL("playground/", target);
+const wasm = process.env.VIMC4_PAGE ?? new URL("page/vimc4_page.wasm", target);
+/** What is fetched before the first answer; bytes (gzip). */
+const LIMIT = 400_000;
+/** Which controller and machine an example is for. */
+const EXAMPLES = [
+  { name: "commands.txt", model: "imc4", machine: "mill" },
+  { name: "program.txt", model: "imc4", machine: "mill" },
+  { name: "plate.ncp", model: "imc4", machine: "mill" },
+  { name: "board.plt", model: "smcu", machine: "board-plotter" },
+  { name: "limit.jsonl", model: "", machine: "" },
+];
+
+const local = (name) => new URL(name, import.meta.url);
+const controllers = await readFile(wasm).catch(() => {
+  throw new Error(`${wasm} is not there: cargo xtask page`);
+});
+const bundle = async (options) =>
+  (await build({
+    absWorkingDir: local(".").pathname, bundle: true, format: "esm", target: "es2022", minify: true,
+    legalComments: "eof", outdir: "out", write: false, ...options,
+  })).outputFiles;
+
+const files = {
+  "page.wasm": controllers,
+  "index.html": await readFile(local("playground/index.html")),
+  "app.webmanifest": await readFile(local("playground/app.webmanifest")),
+  "icon.svg": await readFile(local("src/icon.svg")),
+  "examples.json": Buffer.from(JSON.stringify(EXAMPLES)),
+  "licences.txt": await readFile(local("../crates/api/web/dist/licences.txt")),
+};
+const parts = await bundle({ entryPoints: { playground: "playground/main.ts", worker: "playground/worker.ts" } });
+parts.push(...await bundle({ entryPoints: { playground: "playground/playground.css" } }));
+for (const { path, contents } of parts) files[path.split("/").at(-1)] = Buffer.from(contents);
+for (const { name } of EXAMPLES) files[`examples/${name}`] = await readFile(local(`../examples/${name}`));
+
+// An edition is what is in it: the same files give the same one.
+const hash = createHash("sha256");
+for (const name of Object.keys(files).sort()) hash.update(name).update(files[name]);
+const [service] = await bundle({
+  entryPoints: { service: "playground/service.ts" },
+  format: "iife",
+  define: {
+    FILES: JSON.stringify(["./", ...Object.keys(files).filter((name) => name !== "index.html")]),
+    EDITION: JSON.stringify(hash.digest("hex").slice(0, 12)),
+  },
+});
+const early = Object.keys(files).filter((name) => !name.startsWith("examples/"));
+const size = early.reduce((sum, name) => sum + gzipSync(files[name]).length, 0);
+if (size > LIMIT) throw new Error(`the page has ${size} bytes (gzip) before the first answer, more than ${LIMIT}`);
+files["service.js"] = Buffer.from(service.contents);
+
+await rm(out, { recursive: true, force: true });
+await mkdir(new URL("examples/", out), { recursive: true });
+for (const [name, bytes] of Object.entries(files)) await writeFile(new URL(name, out), bytes);
+console.log(`${out.pathname}: ${Object.keys(files).length} files, ${size} bytes (gzip) before the first answer`);

@@ -1,0 +1,51 @@
+// Controllers that run in the page itself, in a worker.
+import { tell, WANTED, type Answer, type Listener, type Source } from "../src/api";
+
+export class Here implements Source {
+  token: string | null = null;
+  private readonly worker = new Worker("worker.js", { type: "module" });
+  private readonly waiting = new Map<number, { resolve: (answer: Answer) => void; reject: (error: Error) => void }>();
+  private last = 0;
+  private listener: Listener | null = null;
+
+  constructor() {
+    this.worker.onmessage = ({ data }) => {
+      if (data.messages) {
+        for (const message of data.messages) if (this.listener) tell(message, this.listener);
+        return;
+      }
+      const asked = this.waiting.get(data.id);
+      this.waiting.delete(data.id);
+      if (data.error) asked?.reject(new Error(data.error));
+      else asked?.resolve(data.answer as Answer);
+    };
+    // It has not begun, or has ended: whoever waits is not left to wait.
+    this.worker.onerror = (event) => {
+      for (const { reject } of this.waiting.values()) reject(new Error(event.message));
+      this.waiting.clear();
+      this.listener?.connected(false);
+    };
+  }
+
+  ask(method: string, path: string, body?: unknown): Promise<Answer> {
+    const id = ++this.last;
+    return new Promise((resolve, reject) => {
+      this.waiting.set(id, { resolve, reject });
+      this.worker.postMessage({ id, method, path, body });
+    });
+  }
+
+  follow(listener: Listener): void {
+    this.listener = listener;
+    void this.meet();
+  }
+
+  /** Others have taken the place of the controllers. */
+  async meet(): Promise<void> {
+    const { listener } = this;
+    if (!listener) return;
+    await this.ask("PUT", "/events", { ...WANTED, ...(await listener.wish()) });
+    listener.connected(true);
+    this.worker.postMessage({ isHeard: true });
+  }
+}

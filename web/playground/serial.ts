@@ -1,0 +1,255 @@
+// A real controller at a serial port of this computer (Web Serial), beside the virtual one.
+import type { App, Part } from "../src/app";
+import { card, h, mark, put, Rebuilt } from "../src/dom";
+import type { Machine } from "../src/machine";
+import { figure } from "../src/words";
+import { escaped, recorded, saidSince, verdict, type Exchange, type Passed } from "./exchange";
+import { keep } from "./files";
+import { tell } from "./words";
+
+/** What is used of Web Serial, which the types of browsers do not have yet. */
+interface Port {
+  readonly readable: ReadableStream<Uint8Array> | null;
+  readonly writable: WritableStream<Uint8Array> | null;
+  open(options: { baudRate: number }): Promise<void>;
+  close(): Promise<void>;
+}
+interface Serial {
+  requestPort(): Promise<Port>;
+}
+const serial = (navigator as unknown as { serial?: Serial }).serial;
+
+const RATES = [19_200, 9_600, 4_800, 2_400, 38_400, 57_600, 115_200];
+/** STOP in one byte; it acts at once, whatever waits. */
+const BREAK = 253;
+/** So long after the last byte an answer counts as whole, in ms. */
+const QUIET = 300;
+
+/** The line to a real controller: what went over it, and what it said to each line of the virtual one. */
+class Line {
+  readonly exchanges: Exchange[] = [];
+  readonly passed: Passed[] = [];
+  readonly began = Date.now();
+  /** When the last byte came, by the clock of the page. */
+  heard = 0;
+  private readonly first = performance.now();
+  private sentAt = 0;
+  private bytes: number[] = [];
+  private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
+  private isClosing = false;
+
+  constructor(
+    private readonly port: Port,
+    private readonly onChange: (isGone: boolean) => void,
+  ) {}
+
+  async open(baudRate: number): Promise<void> {
+    await this.port.open({ baudRate });
+    void this.read();
+  }
+
+  private since(): number {
+    return Math.round((performance.now() - this.first) * 1e6);
+  }
+
+  /** Sends bytes; a line begins an exchange. */
+  async send(bytes: number[], line: string | null): Promise<void> {
+    const writer = this.port.writable?.getWriter();
+    if (!writer) throw new Error(tell("portGone"));
+    if (line !== null) {
+      const nothing = () => ({ bytes: "", after: null });
+      this.bytes = [];
+      this.exchanges.push({ line, real: nothing(), virtual: nothing(), causes: [] });
+      this.sentAt = performance.now();
+    }
+    this.passed.push({ at: this.since(), in: String.fromCharCode(...bytes) });
+    try {
+      await writer.write(Uint8Array.from(bytes));
+    } finally {
+      writer.releaseLock();
+    }
+  }
+
+  private async read(): Promise<void> {
+    try {
+      while (this.port.readable && !this.isClosing) {
+        this.reader = this.port.readable.getReader();
+        for (;;) {
+          const { value, done } = await this.reader.read();
+          if (done) break;
+          this.take(value);
+        }
+        this.reader.releaseLock();
+      }
+    } catch {
+      // An adapter was unplugged.
+    }
+    this.onChange(true);
+  }
+
+  private take(bytes: Uint8Array): void {
+    this.heard = performance.now();
+    this.passed.push({ at: this.since(), out: String.fromCharCode(...bytes) });
+    this.bytes.push(...bytes);
+    const exchange = this.exchanges.at(-1);
+    if (exchange) exchange.real = { bytes: escaped(this.bytes), after: this.heard - this.sentAt };
+    this.onChange(false);
+  }
+
+  async close(): Promise<void> {
+    this.isClosing = true;
+    await this.reader?.cancel().catch(() => {});
+    await this.port.close().catch(() => {});
+  }
+}
+
+/** The line that is open, and what there was; it outlives the page being built again in another language. */
+export class Beside {
+  isShown = false;
+  line: Line | null = null;
+  /** The line that there was last: what it has said stays to be read and saved. */
+  kept: Line | null = null;
+  /** Where the line that was sent last stands in what the virtual controller tells. */
+  since = 0;
+  sentAt = 0;
+  /** The exchange that has been asked about. */
+  asked: Exchange | null = null;
+}
+
+export function serialPart(app: App, it: Beside): Part & { open(): void } {
+  const rate = h("select", { attrs: { "aria-label": tell("baud") } }, ...RATES.map((baud) => h("option", { value: String(baud) }, figure(baud))));
+  const ready = h("input", { type: "checkbox", onchange: () => app.changed() });
+  const connect = h("button", { disabled: true, onclick: () => void toggle() }, tell("connect"));
+  const field = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": tell("lineForBoth") } });
+  const send = h("button", { type: "submit" }, tell("toBoth"));
+  const stop = h("button", { class: "alarm", onclick: () => void halt() }, tell("breakBoth"));
+  const save = h("button", { onclick: () => void saveIt() }, tell("save"));
+  const body = h("tbody");
+  const rows = new Rebuilt(body);
+  const table = h("table", { class: "exchanges", attrs: { "aria-label": tell("comparison") } },
+    h("thead", {}, h("tr", {}, ...[tell("sent"), tell("realSays"), tell("virtualSays"), tell("difference")].map((text) => h("th", { scope: "col" }, text)))), body);
+  const submit = (event: Event) => {
+    event.preventDefault();
+    if (field.value !== "") void give(field.value).then((isGiven) => isGiven && (field.value = ""));
+  };
+  const form = h("form", { class: "bar", onsubmit: submit }, field, send, stop, save);
+  const state = h("p", { class: "note", attrs: { role: "status" } });
+  const element = card("real", tell("real"),
+    h("p", { class: "note" }, tell("realAbout")),
+    ...(serial
+      ? [h("p", { class: "note" }, `${tell("danger")} @0P.`),
+        h("div", { class: "bar" }, h("label", {}, `${tell("baud")} `, rate), h("label", { class: "tick" }, ready, tell("understood")), connect), form, state,
+        table, h("p", { class: "note" }, tell("tolerance"))]
+      : [h("p", { class: "note" }, tell("noSerial"))]));
+  element.hidden = !it.isShown;
+
+  const toggle = async () => {
+    if (it.line) {
+      const closing = it.line;
+      it.line = null;
+      await closing.close();
+      return app.changed();
+    }
+    try {
+      const port = await serial!.requestPort();
+      const opened = new Line(port, (isGone) => {
+        if (isGone && it.line === opened) {
+          it.line = null;
+          app.onNotice(tell("portGone"), true);
+        }
+        app.changed();
+      });
+      await opened.open(Number(rate.value));
+      it.line = it.kept = opened;
+    } catch (error) {
+      // Nobody has chosen a port.
+      if (!(error instanceof DOMException && error.name === "NotFoundError")) app.say(error);
+    }
+    app.changed();
+  };
+
+  const give = async (text: string): Promise<boolean> => {
+    if (!it.line || !app.machine) return false;
+    const { machine } = app;
+    try {
+      it.since = machine.entries.at(-1)?.number ?? 0;
+      const bytes = [...text, "\r"].map((letter) => letter.charCodeAt(0));
+      if (bytes.some((byte) => byte > 255)) throw new Error(text);
+      const both = await Promise.all([it.line.send(bytes, text), app.send(text), app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`)]);
+      it.sentAt = both[2].now;
+      return true;
+    } catch (error) {
+      app.say(error);
+      return false;
+    } finally {
+      app.changed();
+    }
+  };
+  const halt = async () => {
+    await it.line?.send([BREAK], null).catch((error) => app.say(error));
+    await app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
+  };
+  const text = async (): Promise<string> => {
+    const virtual = await app.api.get<string>(`/controllers/${app.machine!.number}/recording`);
+    return recorded(virtual, it.kept!.passed, "serial", Math.floor(it.kept!.began / 1_000));
+  };
+  const saveIt = async () => {
+    try {
+      if (it.kept) keep("real.jsonl", await text());
+    } catch (error) {
+      app.say(error);
+    }
+  };
+  /** Asks once for each exchange that differs which quirk would explain it. */
+  const explain = async (exchange: Exchange) => {
+    it.asked = exchange;
+    try {
+      const { model, machine } = app.machine!.about;
+      exchange.causes = await app.api.post<string[]>("/causes", { model, machine, passed: it.kept!.passed });
+    } catch {
+      // Then none is known.
+    }
+    app.changed();
+  };
+
+  const WORDS = { same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet" } as const;
+  return {
+    element,
+    open() {
+      it.isShown = true;
+      element.hidden = false;
+      element.scrollIntoView({ block: "nearest" });
+      element.querySelector<HTMLElement>("button, select")?.focus();
+      app.changed();
+    },
+    show(machine: Machine) {
+      if (!serial || element.hidden) return;
+      put(connect, tell(it.line ? "disconnect" : "connect"));
+      connect.disabled = !it.line && !ready.checked;
+      rate.disabled = it.line !== null;
+      stop.disabled = it.line === null;
+      // What is sent into the past of the virtual one goes to no machine.
+      field.disabled = send.disabled = it.line === null || (app.past?.isOpen ?? false);
+      save.disabled = !it.kept || it.kept.passed.length === 0;
+      const exchanges = it.kept?.exchanges ?? [];
+      const last = exchanges.at(-1);
+      if (last && it.line) {
+        const live = app.machine ?? machine;
+        const sent = live.entries.find(({ kind, number }) => kind === "command" && number > it.since);
+        last.virtual = saidSince(live.entries, it.since, sent?.at ?? it.sentAt);
+        const isQuiet = performance.now() - it.line.heard > QUIET;
+        if (verdict(last, true) === "bytes" && isQuiet && it.asked !== last) void explain(last);
+      }
+      put(state, last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "");
+      rows.from(exchanges, () => exchanges.map((exchange) => {
+        const found = verdict(exchange, exchange === last);
+        const cell = ({ bytes, after }: Exchange["real"]) =>
+          h("td", {}, h("code", {}, bytes), h("span", { class: "note" }, after === null ? tell("noAnswerYet") : `${figure(after, after < 10 ? 1 : 0)} ms`));
+        const causes = exchange.causes.map((cause) => h("span", { class: "cause" }, h("code", {}, cause), ` ${tell("wouldExplain")}`));
+        return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)), cell(exchange.real), cell(exchange.virtual),
+          h("td", {}, tell(WORDS[found]), ...causes));
+      }));
+      mark(table, "data-exchanges", String(exchanges.length));
+    },
+  };
+}

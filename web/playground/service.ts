@@ -1,0 +1,26 @@
+// Keeps the page, so that it opens without a network. Nothing else is kept, and nothing is asked of elsewhere.
+
+/** What there is, and which edition: put in by the build. */
+declare const FILES: string[];
+declare const EDITION: string;
+
+interface Kept extends Event {
+  waitUntil(what: Promise<unknown>): void;
+  respondWith(what: Promise<Response>): void;
+  request: Request;
+}
+const KEPT = `vimc4 ${EDITION}`;
+const listen = (type: string, heard: (event: Kept) => void) => addEventListener(type, heard as (event: Event) => void);
+
+listen("install", (event) => event.waitUntil(caches.open(KEPT).then((kept) => kept.addAll(FILES))));
+
+// Those of earlier editions go when no page needs them any more: only then this one begins.
+listen("activate", (event) =>
+  event.waitUntil(caches.keys().then((names) =>
+    Promise.all(names.filter((name) => name.startsWith("vimc4 ") && name !== KEPT).map((name) => caches.delete(name))))));
+
+listen("fetch", (event) => {
+  const url = new URL(event.request.url);
+  if (event.request.method !== "GET" || url.origin !== location.origin) return;
+  event.respondWith(caches.open(KEPT).then(async (kept) => (await kept.match(url.pathname)) ?? fetch(event.request)));
+});

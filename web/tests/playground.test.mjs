@@ -1,0 +1,299 @@
+// The page that needs no installing, in both browsers: what people do with it, as they do it.
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { bridge } from "./port.mjs";
+import { absent, browser, host } from "./tab.mjs";
+import { program, run, serve, until } from "./stand.mjs";
+
+/** What is fetched before the first answer, in bytes. */
+const LIMIT = 400_000;
+let film, quirky, folder;
+before(async () => {
+  if (absent) return;
+  folder = await mkdtemp(join(tmpdir(), "film-"));
+  const page = join(folder, "limit.html");
+  await run("replay", new URL("../../examples/limit.jsonl", import.meta.url).pathname, "--html", page);
+  film = await readFile(page, "utf8");
+  quirky = join(folder, "quirky.toml");
+  const profile = await told("models", "show", "imc4");
+  await writeFile(quirky, profile.replace('version_handshake = "last"', 'version_handshake = "first"'));
+});
+after(() => folder && rm(folder, { recursive: true, force: true }));
+
+/** What the program prints, whatever its exit code is. */
+const told = (...options) => new Promise((resolve) => execFile(program, options, (_, text) => resolve(text)));
+/** What `vimc4 replay` says of a recording. */
+const replayed = async (text) => {
+  const path = join(folder, "saved.jsonl");
+  await writeFile(path, text);
+  return told("replay", path);
+};
+const example = (name) => readFile(new URL(`../../examples/${name}`, import.meta.url), "utf8");
+
+for (const name of ["chromium", "firefox"]) {
+  describe(name, { skip: absent }, () => {
+    let own;
+    before(async () => (own = await browser(name)));
+    after(() => own?.end());
+
+    /** A test with a host and a tab of its own. */
+    function with_(title, body, options = {}) {
+      test(title, async () => {
+        const site = await host();
+        const tabs = [];
+        const opened = async (url = "", before_) => {
+          const tab = await own.tab(options);
+          tabs.push(tab);
+          if (before_) await tab.before(before_);
+          await tab.goto(`${site.url}/${url}`);
+          await tab.seen(".link", options.locale === "de" ? "läuft in dieser Seite" : "runs in this page");
+          return tab;
+        };
+        try {
+          await body(site, opened);
+          for (const { asked, complaints } of tabs) {
+            const foreign = asked.filter((url) => !url.startsWith(`${site.url}/`) && !/^(data|blob|about):/.test(url));
+            assert.deepEqual(foreign, [], "no request leaves for elsewhere");
+            assert.deepEqual(complaints, [], "the browser complains of nothing");
+          }
+        } finally {
+          for (const tab of tabs) await tab.close();
+          await site.end();
+        }
+      });
+    }
+
+    with_("the five minutes of the README, and the first answer within its bytes", async (site, opened) => {
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.seen(".entry-answer", "0");
+      assert.ok(site.told.bytes <= LIMIT, `${site.told.bytes} bytes before the first answer`);
+      await tab.choose(".clock select", "8x");
+      await tab.send("@0R7");
+      await until("it is referenced", () => tab.look(() => document.querySelectorAll(".referenced[data-on=true]").length === 3));
+      await tab.send("@0A12000,10000,0,900,0,900,0,900");
+      await until("it is there", async () => (await tab.carriage())[0] === 12_000);
+      await tab.send("@0P");
+      await tab.seen(".entry-answer", "0002EE0000000000000");
+      await tab.choose(".clock select", "real");
+      await tab.send("@0A-12000,2000,0,900,0,900,0,900");
+      await until("it moves", async () => (await tab.carriage())[0] < 11_500);
+      await tab.click('.knob[data-signal="stop"]');
+      await tab.seen(".entry-answer", "stopped by STOP");
+      const [held] = await tab.carriage();
+      assert.ok(held > 0 && held < 12_000, `${held}`);
+      await tab.choose(".clock select", "100x");
+      await tab.send("@0S");
+      await until("it is back", async () => (await tab.carriage())[0] === 0);
+    });
+
+    with_("what a line means is said before it is sent", async (_, opened) => {
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.write(".log form input", "@0A500,900,0,900,0,900,0,900");
+      await tab.seen(".meaning", "relative move X +500 steps at 900 Hz");
+    });
+
+    with_("a job is carried out, stepped back in, and gone on with", async (_, opened) => {
+      const tab = await opened();
+      await tab.choose(".clock select", "100x");
+      await tab.drop("plate.ncp", await example("plate.ncp"));
+      await tab.seen(".bench .note", "plate.ncp has been carried out");
+      const end = await tab.carriage();
+      const drawn = Number(await tab.attribute(".stage", "data-corners"));
+      assert.ok(drawn > 100, `${drawn} corners`);
+      for (let i = 0; i < 4; i++) await tab.click(".timeline button", "Previous entry");
+      await until("it stands elsewhere", async () => (await tab.carriage()).some((at, i) => at !== end[i]));
+      await tab.seen(".timeline .when", "This is past");
+      await tab.click(".timeline button", "Leave the past");
+      await until("it is at its end again", async () => (await tab.carriage()).every((at, i) => at === end[i]));
+    });
+
+    with_("a link has the same moment in it", async (_, opened) => {
+      const tab = await opened();
+      await tab.choose(".bench select.model", "imc-s8");
+      await tab.seen(".tab .model", "imc-s8");
+      await tab.send("@07");
+      await tab.send("@0A3000,700,200,700,0,900,0,900");
+      await until("it moves", async () => (await tab.carriage())[0] > 100);
+      await tab.click('.knob[data-signal="stop"]');
+      await tab.seen(".entry-answer", "stopped by STOP");
+      await tab.click(".bench .share");
+      await tab.seen(".notice", "link to this moment");
+      const held = await tab.carriage();
+      const talk = await tab.look(() => [...document.querySelectorAll(".entry-answer")].map((entry) => entry.textContent));
+      const fragment = await tab.look(() => location.hash);
+      assert.ok(fragment.length < 500, `${fragment.length} letters`);
+      const other = await opened(fragment);
+      await other.seen(".notice", "the moment of the link");
+      await other.seen(".tab .model", "imc-s8");
+      await until("it stands there", async () => String(await other.carriage()) === String(held));
+      await until("the same was said", async () => String(await other.look(() => [...document.querySelectorAll(".entry-answer")].map((entry) => entry.textContent))) === String(talk));
+      await other.click(".clock button", "Resume");
+      await other.send("@0S");
+      await until("it goes on", async () => (await other.carriage())[0] === 3_000);
+      // A link that was cut is no reason to show nothing.
+      const cut = await opened(fragment.slice(0, -9));
+      await cut.seen(".notice", "not whole");
+      await cut.seen(".log form input");
+    });
+
+    with_("a recording that is dropped can be gone through", async (_, opened) => {
+      const tab = await opened();
+      await tab.drop("limit.jsonl", await example("limit.jsonl"));
+      await tab.seen(".notice", "A recording");
+      await tab.seen(".entry-answer", "2");
+      await tab.click(".timeline button", "Previous entry");
+      await tab.seen(".timeline .when", "This is past");
+      await tab.drop("nothing.bin", "\0\0\0");
+      await tab.seen(".notice", "no recording");
+      // The page of a recording is opened as well, and the controller is there again after it.
+      await tab.drop("limit.html", film);
+      await tab.seen(".timeline .when", "A recording.");
+      await tab.click(".bench button", "Back to the controller");
+      await tab.send("@0P");
+      await tab.seen(".entry-answer", "0000000000000000000");
+    });
+
+    with_("a tour goes on when the controller has done what it asks for", async (_, opened) => {
+      const tab = await opened();
+      await tab.choose(".bench select.tours", "circles");
+      await tab.seen(".tour h3", "Step 1 of");
+      const next = () => tab.look(() => document.querySelector(".tour .next").disabled);
+      assert.equal(await next(), true);
+      await tab.send("@0P");
+      await tab.seen(".entry-answer", "000000");
+      assert.equal(await next(), true, "another command is not what was asked for");
+      await tab.send("@03");
+      await tab.seen(".tour .note", "done");
+      await tab.click(".tour .next");
+      await tab.seen(".tour h3", "Step 2 of");
+      await tab.choose(".clock select", "100x");
+      // A half circle is none.
+      await tab.send("@0y1600,1000,-200,400,0,-1,1");
+      await until("it is drawn", async () => (await tab.carriage())[0] === -800);
+      assert.equal(await next(), true, "half a circle is no whole one");
+      await tab.click(".tour .suggested button");
+      await tab.press("Enter");
+      await tab.seen(".tour .note", "done");
+    });
+
+    with_("without a network it opens again, and answers", async (site, opened) => {
+      const tab = await opened();
+      await until("the page is kept", () => tab.look(async () => (await navigator.serviceWorker.ready).active?.state === "activated"));
+      await site.end();
+      await tab.reload();
+      await tab.seen(".link", "runs in this page");
+      await tab.send("@0V");
+      await tab.seen(".entry-answer", "");
+    });
+
+    test("a real controller beside the virtual one: differences are marked, and the quirk is named", async () => {
+      // It answers V in another order than the virtual one.
+      const real = await serve("--http", "127.0.0.1:0", "--model", quirky, "--machine", "mill");
+      const site = await host(bridge(real));
+      const tab = await own.tab();
+      const sent = async (line) => {
+        await tab.write(".real form input", line);
+        await tab.press("Enter");
+        await tab.seen(".exchanges tbody th", line);
+      };
+      const verdict = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].at(-1)?.dataset.verdict);
+      try {
+        await tab.before(bridge.page);
+        await tab.goto(site.url);
+        await tab.seen(".link", "runs in this page");
+        await tab.click(".bench .real-one");
+        assert.equal(await tab.look(() => [...document.querySelectorAll(".real button")].find((one) => one.textContent.startsWith("Connect")).disabled), true, "somebody is at the machine first");
+        await tab.click('.real input[type="checkbox"]');
+        await tab.click(".real button", "Connect");
+        await tab.seen(".real button", "Disconnect");
+        await sent("@07");
+        // How fast this computer is decides about the time, not about the bytes.
+        await until("both have answered", async () => ["same", "time"].includes(await verdict()));
+        await real.order("fault delay 700ms to-host once");
+        await sent("@0P");
+        await until("it is late", async () => (await verdict()) === "time");
+        await sent("@0V");
+        await until("they part", async () => (await verdict()) === "bytes");
+        await tab.seen(".exchanges .cause", "version_handshake = first");
+        const saved = await tab.look(() => new Promise((resolve) => {
+          URL.createObjectURL = (blob) => (blob.text().then(resolve), "#");
+          [...document.querySelectorAll(".real button")].find((one) => one.textContent === "Save a recording").click();
+        }));
+        assert.match(saved, /^{"recording":1,.*"clock":"wall"/);
+        assert.equal(await tab.look(() => window.openedWith), 19_200);
+        assert.deepEqual(tab.complaints, []);
+        // The program plays what the page has saved, and names the same quirk.
+        assert.match(await replayed(saved), /quirk version_handshake = first would explain it/);
+      } finally {
+        await tab.close();
+        await site.end();
+        await real.end();
+      }
+    });
+  });
+}
+
+test("axe finds nothing to complain of, whatever is open, in both languages, light, dark and small", { skip: absent }, async () => {
+  const axe = await readFile(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    for (const [locale, colorScheme, viewport] of [["en", "light", { width: 1600, height: 1200 }], ["de", "dark", { width: 390, height: 844 }]]) {
+      const tab = await own.tab({ locale, colorScheme, viewport });
+      await tab.before(bridge.page);
+      await tab.goto(site.url);
+      await tab.choose(".bench select.tours", "commands");
+      await tab.seen(".tour h3", locale === "de" ? "Schritt 1 von 10" : "Step 1 of 10");
+      await tab.click(".bench .real-one");
+      await tab.send("@07");
+      await tab.seen(".tour .note", locale === "de" ? "erledigt" : "done");
+      assert.equal(await tab.look(() => document.documentElement.lang), locale);
+      const { wide, high } = await tab.look(() => ({ wide: document.documentElement.scrollWidth, high: innerWidth }));
+      assert.ok(wide <= high, `nothing stands beyond the edge: ${wide} of ${high}`);
+      await tab.look(axe);
+      const found = await tab.look(async () => (await window.axe.run()).violations.map(({ id, nodes }) => [id, nodes.map((node) => node.html)]));
+      assert.deepEqual(found, [], `${locale} ${colorScheme}`);
+      await tab.close();
+    }
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
+test("by keyboard alone: a controller is chosen, a line is sent, a moment is shared", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const tab = await own.tab();
+    await tab.goto(site.url);
+    await tab.seen(".link", "runs in this page");
+    const reach = async (selector) => {
+      for (let i = 0; i < 60; i++) {
+        await tab.press("Tab");
+        if (await tab.look((selector) => document.activeElement?.matches(selector), selector)) return;
+      }
+      assert.fail(`${selector} is not reached`);
+    };
+    await reach(".bench select.model");
+    await tab.press("i");
+    await tab.seen(".tab .model", "imc4-m");
+    await reach(".log form input");
+    await tab.page.keyboard.type("@0V");
+    await tab.press("Enter");
+    await tab.seen(".entry-answer");
+    await tab.look(() => document.querySelector(".bench select.model").focus());
+    await reach(".bench .share");
+    await tab.press("Enter");
+    await tab.seen(".notice", "link to this moment");
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
