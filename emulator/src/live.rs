@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
+use vimc4_answers::past::{is_on_way, way};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::{
     Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
@@ -665,24 +666,6 @@ fn pauses(breakpoint: &Breakpoint, debugger: &Debugger) -> Condition {
         |signal: vimc4_device::Signal| Condition::SignalChanges { signal: signal.id, to: None };
     any.extend(signals.into_iter().map(change));
     Condition::Any(any)
-}
-
-/// The moments on the way to a place, the latest first: one of each branch.
-pub(crate) fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
-    let branches: Vec<_> = history.branches().collect();
-    let mut way = vec![place];
-    while let Some(last) = way.last()
-        && let Some(branch) = branches.iter().find(|branch| branch.id == last.branch)
-        && let Some(parted) = branch.parted
-    {
-        way.push(parted);
-    }
-    way
-}
-
-/// Whether a place is on the way to another.
-fn is_on_way<D: Device>(history: &History<D>, place: Place, to: Place) -> bool {
-    way(history, to).iter().any(|on| on.branch == place.branch && place.moment <= on.moment)
 }
 
 /// Whether everything has happened that happens on the way to a place. A branch begins where another

@@ -13,10 +13,10 @@ use vimc4_timeline::History;
 use crate::failure::Failure;
 use crate::job::file;
 use crate::job::source::Reading;
-use crate::recording::controller::quirky;
 use crate::recording::history::is_recording;
 use crate::setup::Setup;
 use crate::text;
+use vimc4_answers::profiles::quirky;
 
 /// A list of commands, a stored program, a plot or a job that was read: a controller that stands before
 /// it, and what a host does with it.

@@ -39,6 +39,31 @@ pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathB
     Ok(folder.join(target).join(profile).join(name))
 }
 
+/// Builds the controllers of a page, as WebAssembly, and says where they are.
+pub(crate) fn page(root: &Path) -> Outcome<PathBuf> {
+    const TARGET: &str = "wasm32-unknown-unknown";
+    let folder = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    let folder = folder.unwrap_or_else(|| root.join("target"));
+    let mut cargo = Command::new("cargo");
+    // Of a crate that is a library for Rust at the same time the linker could leave out less.
+    cargo.current_dir(root).args(["rustc", "--locked", "--package", "vimc4-page", "--lib"]);
+    cargo.args(["--crate-type", "cdylib", "--target", TARGET, "--profile", "page"]);
+    if Toolchain::of(TARGET)? == Toolchain::Debian {
+        // Its linker is that of the toolchain that is here.
+        let linkers =
+            PathBuf::from(tool::line(Command::new("rustc").args(["--print", "target-libdir"]))?);
+        let linkers = linkers.with_file_name("bin");
+        let paths = std::env::var_os("PATH").unwrap_or_default();
+        let paths = std::env::split_paths(&paths).chain([linkers]).collect::<Vec<_>>();
+        let paths = std::env::join_paths(paths).map_err(|error| error.to_string())?;
+        cargo.env("PATH", paths).env("RUSTC", COMPILER).env("RUSTC_BOOTSTRAP", "1");
+        cargo.arg("-Zbuild-std=std,panic_abort");
+    }
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", remapped(root).join("\x1f"));
+    tool::run(&mut cargo)?;
+    Ok(folder.join(TARGET).join("page").join("vimc4_page.wasm"))
+}
+
 /// The compiler's options that make the same of the same sources, wherever these are: where it was
 /// built is nobody's business, and would make every build another.
 pub(crate) fn remapped(root: &Path) -> Vec<String> {

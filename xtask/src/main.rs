@@ -11,10 +11,13 @@ mod tool;
 mod wheel;
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
 use archive::Entry;
 use tool::Outcome;
@@ -46,6 +49,17 @@ the commit, or SOURCE_DATE_EPOCH.")]
         #[arg(long, default_value = "target/packages")]
         out: PathBuf,
     },
+    /// Build the controllers of the page, as WebAssembly
+    #[command(after_long_help = "\
+Example:
+  cargo xtask page
+
+`npm run playground` in `web` then makes the page.")]
+    Page {
+        /// The folder for them
+        #[arg(long, default_value = "target/page")]
+        out: PathBuf,
+    },
     /// Unpack packages where there is nothing else, start them there, and await the first answer
     #[command(after_long_help = "\
 Examples:
@@ -62,6 +76,7 @@ It needs Linux with `unshare` and `mount`, and for a Debian package root and `dp
 fn main() -> ExitCode {
     let done = match Task::parse() {
         Task::Dist { targets, profile, wheels, out } => dist(&targets, &profile, wheels, &out),
+        Task::Page { out } => page(&out),
         Task::Try { packages } => packages.iter().try_for_each(|package| room::visit(package)),
     };
     match done {
@@ -71,6 +86,19 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn page(out: &Path) -> Outcome<()> {
+    let built = compile::page(&tool::root())?;
+    let module = fs::read(&built).map_err(|error| format!("{}: {error}", built.display()))?;
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = packed.write_all(&module).and_then(|()| packed.finish());
+    let packed = packed.map_err(|error| format!("cannot compress it: {error}"))?;
+    let path = out.join("vimc4_page.wasm");
+    let written = fs::create_dir_all(out).and_then(|()| fs::write(&path, &module));
+    written.map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("{}: {} bytes, {} with gzip", path.display(), module.len(), packed.len());
+    Ok(())
 }
 
 fn dist(targets: &[String], profile: &str, wheels: bool, out: &Path) -> Outcome<()> {

@@ -7,15 +7,20 @@ use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
     BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
-    Scenario, ScenarioNumber, Sort, Source, Step, Time, Verb, escape, parse_duration,
+    Scenario, ScenarioNumber, Time, escape, parse_duration,
 };
+use vimc4_answers::fields::{bytes_of, no_such};
+use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
+use vimc4_answers::log::Wanted;
+use vimc4_answers::past::Goal;
+use vimc4_answers::problem::{Kind, Problem};
+use vimc4_answers::seen;
 
-use crate::call::{Answer, Call, Outcome, no_such};
-use crate::debugger::{Goal, Question, Sight};
-use crate::entry;
-use crate::limits::{BREAKPOINTS, LONGEST_NAME, PAGE, RECORDING, SNAPSHOTS};
-use crate::problem::{Kind, Problem};
+use crate::call::{Answer, Call, Outcome};
+use crate::debugger::{Question, Sight};
+use crate::limits::RECORDING;
 use crate::reading::Reading;
+use crate::refusal::problem;
 use crate::served::{Debug, Kept, Served};
 
 // --- the server ---
@@ -87,22 +92,14 @@ pub(crate) async fn view(call: Call) -> Outcome {
 
 pub(crate) async fn position(call: Call) -> Outcome {
     // Not shared with others: it is to show what the asker has done just before.
-    let view = call.controller()?.control.view().await?;
-    let axes = view.axes.iter().map(|axis| (axis.name.clone(), axis.position.into()));
-    let axes: serde_json::Map<String, Value> = axes.collect();
-    Answer::json(&json!({ "at": view.at, "axes": axes }))
+    Answer::json(&seen::position(&call.controller()?.control.view().await?))
 }
 
 pub(crate) async fn signals(call: Call) -> Outcome {
     let control = &call.controller()?.control;
     let (signals, view) = (control.signals(), control.view());
     let (signals, view) = (signals.await?, view.await?);
-    let signals = signals.iter().map(|signal| {
-        let mut row = serde_json::to_value(signal).unwrap_or_default();
-        row["value"] = view.signal(&signal.name).into();
-        row
-    });
-    Answer::json(&signals.collect::<Vec<_>>())
+    Answer::json(&seen::signals(&signals, &view))
 }
 
 pub(crate) async fn set_signal(call: Call) -> Outcome {
@@ -123,19 +120,6 @@ pub(crate) async fn set_signal(call: Call) -> Outcome {
         }
     };
     done(&effect.await?)
-}
-
-/// The bytes of a text: each character is one.
-fn bytes_of(text: &str) -> Result<Vec<u8>, Problem> {
-    let bytes: Result<Vec<u8>, char> =
-        text.chars().map(|c| u8::try_from(c).map_err(|_| c)).collect();
-    bytes.map_err(|wrong| {
-        Problem::new(
-            Kind::NotUnderstood,
-            format!("`{wrong}` is no byte"),
-            "every character stands for the byte of its number: use those up to U+00FF",
-        )
-    })
 }
 
 pub(crate) async fn send(call: Call) -> Outcome {
@@ -215,18 +199,7 @@ pub(crate) async fn end_recording(call: Call) -> Outcome {
 
 pub(crate) async fn verbs(call: Call) -> Outcome {
     call.controller()?;
-    let verbs = Verb::all().map(|verb| {
-        let sort = match verb.sort() {
-            Sort::Deed => "deed",
-            Sort::Time => "time",
-            Sort::Question => "question",
-            Sort::Prompt => "prompt",
-        };
-        let forms = verb.forms().iter();
-        let forms = forms.map(|form| json!({ "typed": verb.typed(form), "about": form.about }));
-        json!({ "verb": verb.name(), "sort": sort, "forms": forms.collect::<Vec<_>>() })
-    });
-    Answer::json(&verbs.collect::<Vec<_>>())
+    Answer::json(&seen::verbs())
 }
 
 pub(crate) async fn order(call: Call) -> Outcome {
@@ -244,7 +217,7 @@ pub(crate) async fn order(call: Call) -> Outcome {
             let what = if condition == Condition::Idle { "idle at" } else { "there at" };
             arrived(&call, |control| control.run_until(condition)).await?.text(what)
         }
-        Some(order) => served.control.give(&order).await?,
+        Some(order) => served.control.give(&order).await.map_err(problem)?,
     };
     Answer::json(&json!({ "text": text }))
 }
@@ -252,9 +225,7 @@ pub(crate) async fn order(call: Call) -> Outcome {
 pub(crate) async fn completions(call: Call) -> Outcome {
     call.controller()?;
     let line = call.query.get("line").map_or("", String::as_str);
-    let ways = call.app.names.complete(line).into_iter();
-    let ways = ways.map(|way| json!({ "line": way.line, "about": way.about }));
-    Answer::json(&ways.collect::<Vec<_>>())
+    Answer::json(&seen::completions(&call.app.names, line))
 }
 
 // --- time ---
@@ -263,13 +234,7 @@ pub(crate) async fn clock(call: Call) -> Outcome {
     let control = &call.controller()?.control;
     let (now, clock, paused) = (control.now(), control.clock(), control.paused());
     let (now, clock, paused) = (now.await?, clock.await?, paused.await?);
-    let paused = paused.as_ref().map(as_json);
-    Answer::json(&json!({ "now": now, "clock": clock.to_string(), "paused": paused }))
-}
-
-fn as_json(Pause { at, by, breakpoints }: &Pause) -> Value {
-    let by = by.as_ref().map(Source::to_string);
-    json!({ "at": at, "by": by, "breakpoints": breakpoints })
+    Answer::json(&seen::clock(now, clock, paused.as_ref()))
 }
 
 pub(crate) async fn set_clock(call: Call) -> Outcome {
@@ -313,7 +278,7 @@ impl Arrival {
     fn json(&self) -> Value {
         match self {
             Arrival::There(now) => json!({ "now": now }),
-            Arrival::Paused(pause) => json!({ "now": pause.at, "paused": as_json(pause) }),
+            Arrival::Paused(pause) => json!({ "now": pause.at, "paused": seen::pause(pause) }),
         }
     }
 
@@ -367,24 +332,14 @@ pub(crate) async fn resume(call: Call) -> Outcome {
 pub(crate) async fn step(call: Call) -> Outcome {
     let control = &call.controller()?.control;
     let (step, now) = (control.step(), control.now());
-    let step = match step.await? {
-        Step::Cause => "cause",
-        Step::Input => "input",
-        Step::Time => "time",
-        Step::Rest => "rest",
-    };
-    Answer::json(&json!({ "step": step, "now": now.await? }))
+    Answer::json(&seen::step(step.await?, now.await?))
 }
 
 // --- breakpoints ---
 
 pub(crate) async fn breakpoints(call: Call) -> Outcome {
     let points = call.controller()?.control.breakpoints().await?;
-    let points = points.iter().map(|point| {
-        let condition = call.app.names.write(&point.condition).to_string();
-        json!({ "id": point.id, "condition": condition, "met": point.met })
-    });
-    Answer::json(&points.collect::<Vec<_>>())
+    Answer::json(&seen::breakpoints(&points, &call.app.names))
 }
 
 pub(crate) async fn add_breakpoint(call: Call) -> Outcome {
@@ -600,12 +555,7 @@ pub(crate) async fn remove_snapshot(call: Call) -> Outcome {
 
 pub(crate) async fn faults(call: Call) -> Outcome {
     let faults = call.controller()?.control.faults().await?;
-    let list = faults.iter().map(|view| {
-        let fault = call.app.names.write_fault(&view.fault);
-        let (number, stage, struck) = (view.number, view.stage, view.struck);
-        json!({ "number": number, "fault": fault, "stage": stage, "struck": struck })
-    });
-    Answer::json(&list.collect::<Vec<_>>())
+    Answer::json(&seen::faults(&faults, &call.app.names))
 }
 
 pub(crate) async fn begin_fault(call: Call) -> Outcome {
@@ -628,17 +578,7 @@ pub(crate) async fn end_faults(call: Call) -> Outcome {
 
 pub(crate) async fn rules(call: Call) -> Outcome {
     let rules = call.controller()?.control.rules().await?;
-    let list = rules.iter().map(|view| {
-        json!({
-            "scenario": view.id.scenario,
-            "place": view.id.place,
-            "name": view.id.name,
-            "rule": call.app.names.write_rule(&view.rule),
-            "stage": view.stage,
-            "acted": view.acted,
-        })
-    });
-    Answer::json(&list.collect::<Vec<_>>())
+    Answer::json(&seen::rules(&rules, &call.app.names))
 }
 
 pub(crate) async fn begin_rules(call: Call) -> Outcome {
@@ -673,54 +613,13 @@ pub(crate) async fn reset(call: Call) -> Outcome {
 
 pub(crate) async fn journal(call: Call) -> Outcome {
     let served = call.controller()?;
-    let (after, limit) = (call.asked("after", 0)?, call.asked("limit", 200)?);
-    let kinds = call.query.get("kinds").map(String::as_str);
-    let kinds = kinds.map(|kinds| kinds.split(',').collect::<Vec<_>>());
-    if let Some(wrong) = kinds.iter().flatten().find(|kind| !is_kind(kind)) {
-        return Err(unknown_kind(wrong));
-    }
-    let search = call.query.get("search").map(|search| search.to_lowercase());
+    let wanted = Wanted::read(&call.query)?;
     // What was sent before is there first.
     served.control.now().await?;
-    let part = served.feed.after(after, usize::MAX);
-    let wanted = part.items.iter().filter(|item| {
-        let fits = kinds.as_ref().is_none_or(|kinds| kinds.contains(&entry::kind(&item.report)));
-        let found = |search: &String| item.json(&call.app.names).to_lowercase().contains(search);
-        fits && search.as_ref().is_none_or(found)
-    });
-    let entries: Vec<_> = wanted.take(limit.min(PAGE)).collect();
-    let next = match entries.last() {
-        Some(last) if entries.len() == limit.min(PAGE) => last.number,
-        None if limit == 0 => after.min(part.last),
-        // What is to come cannot have been seen.
-        _ => part.last,
-    };
-    let entries: Vec<&str> = entries.iter().map(|item| item.json(&call.app.names)).collect();
-    Ok(Answer::Json(format!(
-        r#"{{"first":{},"last":{},"next":{next},"entries":[{}]}}"#,
-        part.first,
-        part.last,
-        entries.join(",")
-    )))
-}
-
-pub(crate) fn is_kind(name: &str) -> bool {
-    entry::KINDS.iter().any(|(kind, _)| *kind == name)
-}
-
-pub(crate) fn unknown_kind(name: &str) -> Problem {
-    let known: Vec<&str> = entry::KINDS.iter().map(|(kind, _)| *kind).collect();
-    Problem::new(
-        Kind::NotUnderstood,
-        format!("there is no kind of entry `{name}`"),
-        format!("there are {}", known.join(", ")),
-    )
+    Ok(Answer::Json(wanted.of(&served.feed, &call.app.names)))
 }
 
 /// What came of a deed.
 pub(crate) fn done(effect: &Effect) -> Outcome {
-    Answer::json(&match effect {
-        Effect::Something => json!({ "effect": "something" }),
-        Effect::Nothing { why } => json!({ "effect": "nothing", "why": why }),
-    })
+    Answer::json(&seen::effect(effect))
 }

@@ -11,13 +11,15 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex, Semaphore, oneshot};
 use tokio::time::timeout;
-use vimc4::{Control, Names, Sink, Time};
+use vimc4::{Control, Names, Sink};
+use vimc4_answers::feed::Feed;
+use vimc4_answers::limits::HISTORY;
+use vimc4_answers::past::{DEBUGGER_REMEDY, Goal};
+use vimc4_answers::problem::{Kind, Problem};
 
-use crate::feed::{Bell, Feed};
 use crate::holding::{Ends, Holding};
-use crate::limits::{HISTORY, PATIENCE};
+use crate::limits::PATIENCE;
 use crate::past::Memory;
-use crate::problem::{Kind, Problem};
 
 /// A debugger on a running controller, in the words of the console. The controller's time is paused
 /// while it is inspected, and goes on when this is dropped.
@@ -66,25 +68,8 @@ pub trait Debugging {
     fn is_over(&self) -> bool;
 }
 
-/// The remedy of a line of the debugger that says none itself.
-pub const DEBUGGER_REMEDY: &str = "the line `help` lists all";
-
 /// Ends what a debugger is doing, from another thread.
 pub type Cancel = Arc<dyn Fn() + Send + Sync>;
-
-/// A moment to look at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Goal {
-    /// Where the controller itself is.
-    Now,
-    /// The end of a branch.
-    End(u64),
-    /// A time, after everything that happened then: on this branch and the ones that it has left, or on
-    /// the way that is looked at.
-    At(Option<u64>, Time),
-    /// When a command began.
-    Command(u64),
-}
 
 /// Opens a debugger on a controller with its past, in the thread in which it is then used.
 pub type Open =
@@ -174,7 +159,7 @@ fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
 
 /// What happened on a branch, as entries of the journal have it.
 fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> Said {
-    let feed = Feed::new(Arc::new(Bell::default()));
+    let feed = Feed::new(Arc::new(|| {}));
     let before = debugger.happened(branch, &mut feed.sink())?;
     let part = feed.after(before, HISTORY);
     let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();

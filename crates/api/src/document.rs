@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use axum::http::Method;
 use serde_json::{Map, Value, json};
 
-use crate::call::{Field, Of, image};
-use crate::entry;
-use crate::problem::KINDS;
-use crate::table::{Route, TABLE};
+use vimc4_answers::entry;
+use vimc4_answers::fields::{Field, Of, image};
+use vimc4_answers::problem::KINDS;
+use vimc4_answers::table::{ROUTES, Route};
 
 /// The schemas of what is answered.
 const SCHEMAS: &str = include_str!("schemas.json");
@@ -17,9 +16,9 @@ const SCHEMAS: &str = include_str!("schemas.json");
 /// The document.
 pub(crate) fn openapi() -> Value {
     let mut paths: BTreeMap<&str, Map<String, Value>> = BTreeMap::new();
-    for route in TABLE {
+    for route in ROUTES {
         let methods = paths.entry(route.path).or_default();
-        methods.insert(route.method.as_str().to_lowercase(), operation(route));
+        methods.insert(route.method.to_lowercase(), operation(route));
     }
     // A file of this program, which a test reads.
     let schemas: Value = serde_json::from_str(SCHEMAS).unwrap_or_default();
@@ -105,7 +104,7 @@ fn operation(route: &Route) -> Value {
 /// `post-controllers-n-clock-advance`: what programs that are made from the document call it.
 fn name_of(route: &Route) -> String {
     let parts = route.path.split('/').skip(2).map(|part| part.trim_matches(['{', '}']));
-    let method = route.method.as_str().to_lowercase();
+    let method = route.method.to_lowercase();
     std::iter::once(&*method).chain(parts).collect::<Vec<_>>().join("-")
 }
 
@@ -130,7 +129,7 @@ fn schema(field: &Field) -> Value {
 /// The page.
 pub(crate) fn page() -> String {
     let mut rows = String::new();
-    for route in TABLE {
+    for route in ROUTES {
         let object = |fields: &[Field]| {
             let fields = fields.iter().map(|field| (field.name.to_owned(), field.example()));
             Value::Object(fields.collect()).to_string()
@@ -155,7 +154,7 @@ pub(crate) fn page() -> String {
     let kinds = entry::KINDS.iter();
     let kinds = kinds.map(|(kind, about)| format!("<tr><td><code>{kind}</code><td>{about}\n"));
     let problems = KINDS.iter().map(|(_, name, status, title)| {
-        format!("<tr id=\"{name}\"><td>{}<td><code>{name}</code><td>{title}\n", status.as_u16())
+        format!("<tr id=\"{name}\"><td>{}<td><code>{name}</code><td>{title}\n", status)
     });
     include_str!("page.html")
         .replace("<!--routes-->", &rows)
@@ -165,16 +164,6 @@ pub(crate) fn page() -> String {
 
 fn plain(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// Whether a method is there for a path, for a message.
-pub(crate) fn methods_of(path: &str) -> Vec<&'static Method> {
-    let fits = |route: &&Route| {
-        let (own, asked) = (route.path.split('/'), path.split('/'));
-        own.clone().count() == asked.clone().count()
-            && own.zip(asked).all(|(own, asked)| own.starts_with('{') || own == asked)
-    };
-    TABLE.iter().filter(fits).map(|route| &route.method).collect()
 }
 
 #[cfg(test)]
@@ -188,12 +177,12 @@ mod tests {
         for name in schemas.keys() {
             assert!(document.contains(&format!("\"#/components/schemas/{name}\"")), "{name}");
         }
-        for route in TABLE {
+        for route in ROUTES {
             assert!(schemas.contains_key(route.answer), "{}", route.answer);
         }
-        let mut names: Vec<String> = TABLE.iter().map(name_of).collect();
+        let mut names: Vec<String> = ROUTES.iter().map(name_of).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), TABLE.len());
+        assert_eq!(names.len(), ROUTES.len());
     }
 }

@@ -1,58 +1,29 @@
 //! What happens, as it happens: the WebSocket.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
-use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde_json::json;
 use tokio::time::{sleep_until, timeout};
 use tungstenite::error::ProtocolError;
 
-use crate::acts::{is_kind, unknown_kind};
-use crate::call::no_such;
-use crate::entry;
-use crate::feed::Listener;
+use vimc4_answers::feed::Feed;
+use vimc4_answers::limits::POSITIONS;
+use vimc4_answers::news::{Followed, Subscription, Wish};
+use vimc4_answers::problem::{Kind, Problem};
+
+use crate::bell::Listener;
 use crate::guard::no_token;
-use crate::limits::{PATIENCE, POSITIONS};
-use crate::problem::{Kind, Problem};
-use crate::served::{App, Position};
+use crate::limits::PATIENCE;
+use crate::served::App;
 
-/// So many entries are in a message.
-const BATCH: usize = 256;
-
-/// What a client wants, in its own words.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Wish {
-    token: Option<String>,
-    controllers: Option<Vec<usize>>,
-    kinds: Option<Vec<String>>,
-    after: BTreeMap<usize, u64>,
-    positions: Option<u32>,
-}
-
-/// What it gets.
-struct Subscription {
-    kinds: Option<Vec<String>>,
-    /// How long at least between two positions.
+/// What a client gets, and how long at least passes between two positions.
+struct Served {
+    subscription: Subscription,
     period: Option<Duration>,
-    followed: Vec<Followed>,
-}
-
-/// A controller that it follows.
-struct Followed {
-    /// Its place among the controllers.
-    place: usize,
-    /// The number of the last entry that was sent, or passed over.
-    sent: u64,
-    /// What the entries were like when a position was taken last: the last number, and whether
-    /// something moved.
-    looked: Option<(u64, bool)>,
-    /// What moment was looked at when that was told last.
-    moment: u64,
-    position: Option<Arc<Position>>,
+    /// What moment was looked at when that was told last, of each controller that it follows.
+    moments: Vec<u64>,
 }
 
 /// Why it is over.
@@ -147,26 +118,26 @@ async fn serve(
     {
         return Err(no_token().into());
     }
-    let mut subscription = subscribe(app, wish)?;
-    say(socket, hello(app, &subscription)).await?;
+    let mut served = subscribe(app, wish)?;
+    say(socket, served.hello(app)).await?;
     let mut due = Instant::now();
     loop {
         // Whatever happens from here on is looked at in the next round.
         news.mark_unchanged();
-        while subscription.send_entries(socket, app).await? {}
-        subscription.send_moments(socket, app).await?;
-        let restless = match subscription.period {
+        while served.send_entries(socket, app).await? {}
+        served.send_moments(socket, app).await?;
+        let restless = match served.period {
             Some(period) if Instant::now() >= due => {
                 due = Instant::now() + period;
-                subscription.send_positions(socket, app).await?
+                served.send_positions(socket, app).await?
             }
-            Some(_) => subscription.wants_positions(app),
+            Some(_) => served.wants_positions(app),
             None => false,
         };
         tokio::select! {
             wish = hear(socket) => {
-                subscription = subscribe(app, wish?)?;
-                say(socket, hello(app, &subscription)).await?;
+                served = subscribe(app, wish?)?;
+                say(socket, served.hello(app)).await?;
             }
             _ = news.changed() => {}
             () = sleep_until(due.into()), if restless => {}
@@ -192,17 +163,7 @@ async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
             Some(Err(error)) => return Err(broken(error)),
             None => return Err(End::Gone),
         };
-        let object = serde_json::from_str::<Map<String, Value>>(&text);
-        let wish = object.and_then(|object| serde_json::from_value(object.into()));
-        return wish.map_err(|error| {
-            Problem::new(
-                Kind::WrongRequest,
-                format!("the message is not understood: {error}"),
-                "send an object with any of token, controllers, kinds, after and positions, such \
-                 as {\"after\":{\"1\":0}}",
-            )
-            .into()
-        });
+        return Ok(Wish::read(&text)?);
     }
 }
 
@@ -212,75 +173,34 @@ async fn say(socket: &mut WebSocket, text: String) -> Result<(), End> {
     sent.map_err(|_| End::Gone)?.map_err(|_| End::Gone)
 }
 
-fn hello(app: &App, subscription: &Subscription) -> String {
-    let controllers = subscription.followed.iter().map(|followed| {
-        let part = app.controllers[followed.place].feed.after(u64::MAX - 1, 0);
-        json!({ "number": followed.place + 1, "first": part.first, "last": part.last })
-    });
-    let controllers = controllers.collect::<Vec<_>>();
-    json!({ "type": "hello", "instance": app.instance, "controllers": controllers }).to_string()
+fn feeds(app: &App) -> Vec<&Feed> {
+    app.controllers.iter().map(|served| &*served.feed).collect()
 }
 
-fn subscribe(app: &App, wish: Wish) -> Result<Subscription, Problem> {
-    let count = app.controllers.len();
-    let numbers = wish.controllers.unwrap_or_else(|| (1..=count).collect());
-    let known = |number: &usize| (1..=count).contains(number);
-    let wrong = numbers.iter().chain(wish.after.keys()).find(|number| !known(number));
-    if let Some(wrong) = wrong {
-        return Err(no_such("controller", &wrong.to_string()));
-    }
-    if let Some(wrong) = wish.kinds.iter().flatten().find(|kind| !is_kind(kind)) {
-        return Err(unknown_kind(wrong));
-    }
-    let mut places: Vec<usize> = numbers.iter().map(|number| number - 1).collect();
-    places.sort_unstable();
-    places.dedup();
-    let followed = places.into_iter().map(|place| {
-        let (last, _) = app.controllers[place].feed.state();
-        // What is to come cannot have been seen.
-        let sent = wish.after.get(&(place + 1)).map_or(last, |after| last.min(*after));
-        Followed {
-            place,
-            sent,
-            looked: None,
-            moment: app.controllers[place].desk.edition(),
-            position: None,
-        }
-    });
+fn subscribe(app: &App, wish: Wish) -> Result<Served, Problem> {
     let often = wish.positions.filter(|often| *often > 0).map(|often| often.min(POSITIONS));
-    Ok(Subscription {
-        kinds: wish.kinds,
-        period: often.map(|often| Duration::from_secs(1) / often),
-        followed: followed.collect(),
-    })
+    let subscription = Subscription::new(wish, &feeds(app))?;
+    let edition = |followed: &Followed| app.controllers[followed.place].desk.edition();
+    let moments = subscription.followed.iter().map(edition).collect();
+    let period = often.map(|often| Duration::from_secs(1) / often);
+    Ok(Served { subscription, period, moments })
 }
 
-impl Subscription {
+impl Served {
+    fn hello(&self, app: &App) -> String {
+        self.subscription.hello(&app.instance, &feeds(app)).to_string()
+    }
+
     /// Sends what has happened, a batch of each controller. Returns whether there is more.
     async fn send_entries(&mut self, socket: &mut WebSocket, app: &App) -> Result<bool, End> {
         let mut more = false;
-        for followed in &mut self.followed {
-            let number = followed.place + 1;
-            let part = app.controllers[followed.place].feed.after(followed.sent, BATCH);
-            if followed.sent + 1 < part.first {
-                let (from, to) = (followed.sent + 1, part.first - 1);
-                let gap = json!({ "type": "gap", "controller": number, "from": from, "to": to });
-                say(socket, gap.to_string()).await?;
-                followed.sent = to;
-            }
-            let Some(last) = part.items.last() else { continue };
-            followed.sent = last.number;
-            more |= last.number < part.last;
-            let wanted = part.items.iter().filter(|item| {
-                let kind = entry::kind(&item.report);
-                self.kinds.as_ref().is_none_or(|kinds| kinds.iter().any(|own| own == kind))
-            });
-            let entries: Vec<&str> = wanted.map(|item| item.json(&app.names)).collect();
-            if !entries.is_empty() {
-                let entries = entries.join(",");
-                let text =
-                    format!(r#"{{"type":"events","controller":{number},"entries":[{entries}]}}"#);
-                say(socket, text).await?;
+        let (kinds, followed) = self.subscription.parts();
+        for followed in followed {
+            let feed = &app.controllers[followed.place].feed;
+            let (messages, is_more) = followed.entries(&kinds, feed, &app.names);
+            more |= is_more;
+            for message in messages {
+                say(socket, message).await?;
             }
         }
         Ok(more)
@@ -288,9 +208,9 @@ impl Subscription {
 
     /// Says that another moment of the past may be looked at, or none any more.
     async fn send_moments(&mut self, socket: &mut WebSocket, app: &App) -> Result<(), End> {
-        for followed in &mut self.followed {
+        for (followed, moment) in self.subscription.followed.iter().zip(&mut self.moments) {
             let edition = app.controllers[followed.place].desk.edition();
-            if std::mem::replace(&mut followed.moment, edition) != edition {
+            if std::mem::replace(moment, edition) != edition {
                 let news = json!({ "type": "history", "controller": followed.place + 1 });
                 say(socket, news.to_string()).await?;
             }
@@ -302,34 +222,22 @@ impl Subscription {
     /// Returns whether something still moves.
     async fn send_positions(&mut self, socket: &mut WebSocket, app: &App) -> Result<bool, End> {
         let period = self.period.unwrap_or_default();
-        for followed in &mut self.followed {
+        for followed in self.subscription.parts().1 {
             let served = &app.controllers[followed.place];
-            let state = served.feed.state();
-            if followed.looked == Some(state) && !state.1 {
-                continue;
-            }
+            let Some(stand) = followed.looks(&served.feed) else { continue };
             // While it moves all share one look; where it has come to rest is looked at anew.
-            let age = if state.1 { period.mul_f64(0.9) } else { Duration::ZERO };
+            let age = if stand.moves() { period.mul_f64(0.9) } else { Duration::ZERO };
             let position = served.position(age).await?;
-            followed.looked = Some(state);
-            if followed.position.as_ref().is_some_and(|last| !position.differs(last)) {
-                continue;
+            if let Some(message) = followed.position(stand, (*position).clone()) {
+                say(socket, message).await?;
             }
-            let mut text = serde_json::to_value(&*position).unwrap_or_default();
-            text["type"] = "position".into();
-            text["controller"] = (followed.place + 1).into();
-            text["moving"] = state.1.into();
-            followed.position = Some(position);
-            say(socket, text.to_string()).await?;
         }
         Ok(self.wants_positions(app))
     }
 
     /// Whether there may be another position than was sent last.
     fn wants_positions(&self, app: &App) -> bool {
-        self.followed.iter().any(|followed| {
-            let state = app.controllers[followed.place].feed.state();
-            state.1 || followed.looked != Some(state)
-        })
+        let looks = |followed: &Followed| followed.looks(&app.controllers[followed.place].feed);
+        self.subscription.followed.iter().any(|followed| looks(followed).is_some())
     }
 }

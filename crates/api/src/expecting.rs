@@ -2,12 +2,13 @@
 
 use serde_json::json;
 use vimc4::{Effect, Expectation, Failure, Trial, Unmet, Watched};
+use vimc4_answers::fields::no_such;
+use vimc4_answers::limits::EXPECTATIONS;
+use vimc4_answers::problem::{Kind, Problem};
 
 use crate::acts::done;
-use crate::call::{Answer, Call, Outcome, no_such};
+use crate::call::{Answer, Call, Outcome};
 use crate::expectations::{Expected, as_json};
-use crate::limits::EXPECTATIONS;
-use crate::problem::{Kind, Problem};
 use crate::served::Served;
 
 fn unmet(failure: &Failure) -> Problem {

@@ -8,11 +8,11 @@ use flate2::write::GzEncoder;
 use serde_json::{Map, Value, json};
 use vimc4::device::{Controller, Device};
 use vimc4::{Machine, Model, Names, Report, Sink, Time, View};
+use vimc4_answers::feed::Feed;
+use vimc4_answers::seen;
 
-use crate::feed::{Bell, Feed};
 use crate::files::FILES;
 use crate::limits::{FILM_ENTRIES, FILM_VIEWS};
-use crate::served::profile_of;
 
 /// What happened to a controller, to be shown by a page without a server.
 #[derive(Debug)]
@@ -41,14 +41,14 @@ impl Film {
         let now = controller.now();
         let mut film = Film {
             title: title.to_owned(),
-            about: profile_of(1, model, machine, &names),
+            about: seen::profile(1, model, machine, &names),
             profiles: [
                 serde_json::to_value(model).unwrap_or_default(),
                 serde_json::to_value(machine).unwrap_or_default(),
             ],
             signals: serde_json::to_value(controller.signals()).unwrap_or_default(),
             names,
-            feed: Feed::keeping(Arc::new(Bell::default()), FILM_ENTRIES),
+            feed: Feed::keeping(Arc::new(|| {}), FILM_ENTRIES),
             first: now,
             views: Vec::new(),
             every: 1,

@@ -8,8 +8,7 @@
 use std::net::IpAddr;
 
 use axum::http::{HeaderMap, Uri, header};
-
-use crate::problem::{Kind, Problem};
+use vimc4_answers::problem::{Kind, Problem};
 
 /// The word that a client proves with that it may drive the machines.
 #[derive(Clone)]

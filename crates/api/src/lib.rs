@@ -2,7 +2,8 @@
 //!
 //! Every [route](https://spec.openapis.org/oas/v3.1.0) is a method of the library, or an order of
 //! standard input in the same words: there is no second language. The table of the routes is the
-//! one source of the router, of the OpenAPI document and of the page that people read.
+//! one source of the router, of the OpenAPI document and of the page that people read. It is in
+//! `vimc4-answers`, with all that is asked and answered elsewhere, too.
 //!
 //! A [`Server`] has a thread of its own. What happens at a controller is put into words and JSON
 //! there, and only when somebody asks; the controller's thread keeps it and no more.
@@ -30,30 +31,30 @@
 #![forbid(unsafe_code)]
 
 mod acts;
+mod bell;
 mod call;
 mod debugger;
 mod document;
-mod entry;
 mod events;
 mod expectations;
 mod expecting;
-mod feed;
 mod files;
 mod film;
 mod guard;
 mod holding;
 mod limits;
 mod past;
-mod problem;
 mod reading;
 mod recordings;
+mod refusal;
 mod served;
 mod server;
 mod table;
 
-pub use debugger::{Cancel, DEBUGGER_REMEDY, Debugging, Goal, Open};
-pub use entry::KINDS;
+pub use debugger::{Cancel, Debugging, Open};
 pub use film::Film;
 pub use guard::Token;
 pub use past::{Memory, Past};
 pub use server::{Place, Server, ServerError};
+pub use vimc4_answers::entry::KINDS;
+pub use vimc4_answers::past::{DEBUGGER_REMEDY, Goal};

@@ -3,12 +3,6 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The largest body of a request, bytes.
-pub(crate) const BODY: usize = 64 * 1024;
-
-/// The largest body of a request with the image of a memory, bytes.
-pub(crate) const IMAGE: usize = 4 * 1024 * 1024;
-
 /// So many bytes of a controller are recorded for a client.
 pub(crate) const RECORDING: u64 = 64 * 1024 * 1024;
 
@@ -27,24 +21,6 @@ pub(crate) const REQUESTS: u32 = 2_000;
 /// So many requests may wait for time to pass.
 pub(crate) const JOURNEYS: usize = 100;
 
-/// So many entries of what happened are kept for each controller.
-pub(crate) const HISTORY: usize = 10_000;
-
-/// So many entries are sent at once.
-pub(crate) const PAGE: usize = 1_000;
-
-/// So many characters say who has a debugger.
-pub(crate) const LONGEST_NAME: usize = 100;
-
-/// So many snapshots are kept for each controller.
-pub(crate) const SNAPSHOTS: usize = 100;
-
-/// So many things may be expected of each controller at a time.
-pub(crate) const EXPECTATIONS: usize = 100;
-
-/// So many breakpoints can be set.
-pub(crate) const BREAKPOINTS: usize = 1_000;
-
 /// The past of a controller is kept in two parts, each of so many inputs at most,
 pub(crate) const PAST_INPUTS: usize = 50_000;
 
@@ -59,9 +35,6 @@ pub(crate) const FILM_ENTRIES: usize = 100_000;
 
 /// and so many moments at which everything is known.
 pub(crate) const FILM_VIEWS: usize = 20_000;
-
-/// So many positions a second may be asked for.
-pub(crate) const POSITIONS: u32 = 60;
 
 /// How long a client has to say on a WebSocket what it wants, and to take what it is sent.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);

@@ -6,18 +6,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
-use vimc4::{Control, Emulator, Error, LengthUnit, Machine, Model, Names, Snapshot, Time, View};
+use vimc4::{Control, Emulator, Error, Names, Snapshot, Time};
+use vimc4_answers::feed::Feed;
+use vimc4_answers::problem::{Kind, Problem};
+use vimc4_answers::seen::{self, Position};
 
+use crate::bell::Bell;
 use crate::debugger::{Desk, Open};
 use crate::expectations::Expectations;
-use crate::feed::{Bell, Feed};
 use crate::guard::Token;
 use crate::limits::{JOURNEYS, Rate, SOCKETS};
 use crate::past::Memory;
-use crate::problem::{Kind, Problem};
 use crate::recordings::Recordings;
 
 /// Everything that requests are about.
@@ -64,35 +65,6 @@ pub(crate) struct Served {
     pub(crate) expectations: Expectations,
     pub(crate) recordings: Recordings,
     position: Turn<Option<(Instant, Arc<Position>)>>,
-}
-
-/// Where the axes are.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Position {
-    pub(crate) at: Time,
-    pub(crate) activity: vimc4::Activity,
-    pub(crate) positions: Vec<i64>,
-    pub(crate) carriage: Vec<i64>,
-    /// µHz.
-    pub(crate) speed: Vec<i64>,
-}
-
-impl Position {
-    fn of(view: &View) -> Position {
-        let each = |what: fn(&vimc4::AxisView) -> i64| view.axes.iter().map(what).collect();
-        Position {
-            at: view.at,
-            activity: view.activity,
-            positions: each(|axis| axis.position),
-            carriage: each(|axis| axis.carriage),
-            speed: each(|axis| axis.speed),
-        }
-    }
-
-    /// Whether it differs in more than the time.
-    pub(crate) fn differs(&self, other: &Position) -> bool {
-        *self != Position { at: self.at, ..other.clone() }
-    }
 }
 
 /// The states that somebody wanted to go back to.
@@ -144,7 +116,7 @@ impl App {
             if number == 1 {
                 names = control.names().await?;
             }
-            let feed = Feed::new(Arc::clone(&bell));
+            let feed = Feed::new(bell.ringer());
             feed.begin(control.watch_from_here(feed.sink()).await?);
             let memory = Memory::default();
             if debugger.is_some() {
@@ -208,34 +180,11 @@ impl Served {
 }
 
 fn about(number: usize, emulator: &Emulator, control: &Control, names: &Names) -> Value {
-    let mut about = profile_of(number, control.model(), control.machine(), names);
+    let mut about = seen::profile(number, control.model(), control.machine(), names);
     about["pty"] = json!(emulator.port().map(|path| path.display().to_string()));
     about["tcp"] = json!(emulator.tcp_addr().map(|address| address.to_string()));
     about["rfc2217"] = json!(emulator.rfc2217_addr().map(|address| address.to_string()));
     about["serial"] = json!(emulator.serial());
     about["recorded"] = json!(emulator.recording().is_some());
     about
-}
-
-/// What a controller is, wherever it is.
-pub(crate) fn profile_of(number: usize, model: &Model, machine: &Machine, names: &Names) -> Value {
-    let axes = (0_u8..).zip(model.axis_names()).map(|(axis, name)| {
-        let scale = names.scale(axis).map(|scale| {
-            let unit = match scale.unit {
-                LengthUnit::Micrometre => "µm",
-                LengthUnit::Degree => "°",
-            };
-            json!({ "steps": scale.steps, "units": scale.units, "unit": unit })
-        });
-        json!({ "index": axis, "name": name, "scale": scale })
-    });
-    json!({
-        "number": number,
-        "model": model.name(),
-        "title": model.title(),
-        "family": model.family().name(),
-        "maker": model.family().maker(),
-        "machine": machine.name,
-        "axes": axes.collect::<Vec<_>>(),
-    })
 }

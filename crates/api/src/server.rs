@@ -10,9 +10,8 @@ use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Query, RawPathParams, Request, State};
-use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Method, Response, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
-use axum::response::IntoResponse;
 use axum::routing::{MethodFilter, get, on};
 use axum::serve::Listener;
 use hyper::server::conn::http1;
@@ -24,17 +23,21 @@ use tokio::runtime;
 use tokio::sync::{Notify, Semaphore};
 use tokio::time::timeout;
 use vimc4::Emulator;
+use vimc4_answers::fields::{Content, body, image, query, right_body};
+use vimc4_answers::limits::{BODY, IMAGE};
+use vimc4_answers::problem::{Kind, Problem};
+use vimc4_answers::table::{ROUTES, Route, find};
 
-use crate::call::{Answer, Call, Content, body, image, query, right_body};
+use crate::call::{Answer, Call, Coming};
 use crate::debugger::Open;
 use crate::document;
 use crate::events;
 use crate::files::FILES;
 use crate::guard::{Token, has_token, is_from_here};
-use crate::limits::{BODY, CONNECTIONS, IMAGE, MESSAGE, PATIENCE};
-use crate::problem::{Kind, Problem};
+use crate::limits::{CONNECTIONS, MESSAGE, PATIENCE};
+use crate::refusal::refuse;
 use crate::served::App;
-use crate::table::{Route, TABLE};
+use crate::table::RUNS;
 
 /// How long things that happen are collected before those who watch are told.
 const ROUND: Duration = Duration::from_millis(20);
@@ -181,10 +184,11 @@ async fn receive(mut listener: TcpListener, service: Router) {
 
 fn router(app: Arc<App>) -> Router {
     let mut router = Router::new();
-    for route in TABLE {
-        let Ok(filter) = MethodFilter::try_from(route.method.clone()) else { continue };
+    for (route, run) in ROUTES.iter().zip(RUNS) {
+        let method = route.method.parse::<Method>().map(MethodFilter::try_from);
+        let Ok(Ok(filter)) = method else { continue };
         let answer =
-            move |State(app): State<Arc<App>>, request: Request| answer(app, route, request);
+            move |State(app): State<Arc<App>>, request: Request| answer(app, route, *run, request);
         router = router.route(route.path, on(filter, answer));
     }
     let openapi = document::openapi().to_string();
@@ -212,7 +216,7 @@ fn is_public(path: &str) -> bool {
 /// Lets in who may, and tells browsers what the answer may be used for.
 async fn let_in(State(app): State<Arc<App>>, request: Request, next: Next) -> Response<Body> {
     let mut response = match refusal(&app, &request) {
-        Some(problem) => problem.into_response(),
+        Some(problem) => refuse(&problem),
         None => next.run(request).await,
     };
     for (name, value) in [
@@ -250,17 +254,30 @@ fn refusal(app: &App, request: &Request) -> Option<Problem> {
     }
 }
 
-async fn answer(app: Arc<App>, route: &'static Route, request: Request) -> Response<Body> {
-    match take(app, route, request).await {
+/// What answers a route.
+type Run = fn(Call) -> Coming;
+
+async fn answer(
+    app: Arc<App>,
+    route: &'static Route,
+    run: Run,
+    request: Request,
+) -> Response<Body> {
+    match take(app, route, run, request).await {
         Ok(Answer::Json(text)) => fixed("application/json", text),
         Ok(Answer::Text(text)) => fixed("text/plain; charset=utf-8", text),
         Ok(Answer::Recording(reading)) => fixed("application/x-ndjson", Body::new(reading)),
         Ok(Answer::Holding(holding)) => fixed("text/plain; charset=utf-8", Body::new(holding)),
-        Err(problem) => problem.into_response(),
+        Err(problem) => refuse(&problem),
     }
 }
 
-async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<Answer, Problem> {
+async fn take(
+    app: Arc<App>,
+    route: &'static Route,
+    run: Run,
+    request: Request,
+) -> Result<Answer, Problem> {
     let (mut parts, content) = request.into_parts();
     let path = RawPathParams::from_request_parts(&mut parts, &()).await.map_err(|_| {
         Problem::new(Kind::WrongRequest, "the address is no UTF-8", "write it as %XX of UTF-8")
@@ -298,7 +315,7 @@ async fn take(app: Arc<App>, route: &'static Route, request: Request) -> Result<
         }
     };
     let body = body(route.body, content_of(&parts.headers), &bytes)?;
-    let outcome = (route.run)(Call { app, path, query, body }).await;
+    let outcome = run(Call { app, path, query, body }).await;
     outcome.map_err(|problem| problem.or_remedy(|| right_body(route.body)))
 }
 
@@ -327,7 +344,7 @@ async fn watch(
     let Ok(upgrade) = upgrade else {
         let remedy = "connect with a WebSocket, as in new WebSocket(\"ws://…/v1/events\")";
         let problem = Problem::new(Kind::WrongRequest, "this is a WebSocket", remedy);
-        return problem.into_response();
+        return refuse(&problem);
     };
     let has_token = app.token.as_ref().is_none_or(|token| has_token(&headers, token).is_ok());
     upgrade
@@ -336,18 +353,18 @@ async fn watch(
         .on_upgrade(move |socket| events::talk(socket, app, has_token))
 }
 
-async fn nothing(request: Request) -> Problem {
+async fn nothing(request: Request) -> Response<Body> {
     let detail = format!("there is nothing at {}", request.uri().path());
-    Problem::new(Kind::NoSuchThing, detail, "/v1/docs lists all that there is")
+    refuse(&Problem::new(Kind::NoSuchThing, detail, "/v1/docs lists all that there is"))
 }
 
 async fn wrong_method(request: Request) -> Response<Body> {
     let (method, path) = (request.method(), request.uri().path());
-    let known: Vec<&str> = document::methods_of(path).iter().map(|known| known.as_str()).collect();
+    let known = find("", path).err().unwrap_or_default();
     let known = if known.is_empty() { "GET".to_owned() } else { known.join(", ") };
     let remedy = format!("it takes {known}");
-    let mut response = Problem::new(Kind::WrongMethod, format!("{path} takes no {method}"), remedy)
-        .into_response();
+    let detail = format!("{path} takes no {method}");
+    let mut response = refuse(&Problem::new(Kind::WrongMethod, detail, remedy));
     debug_assert_eq!(response.status(), StatusCode::METHOD_NOT_ALLOWED);
     if let Ok(allow) = HeaderValue::from_str(&known) {
         response.headers_mut().insert(header::ALLOW, allow);

@@ -43,6 +43,12 @@ impl Workshop {
         &self.model
     }
 
+    /// The machine that they drive.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
     /// A controller that has just been switched on with this image in its flash memory.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use bytes::Bytes;
 
 use crate::half_line::HalfLine;
 use crate::line_feeds::LineFeeds;
-use crate::report::{News, Source};
+use crate::{News, Source};
 
 /// The clients of a line as far as their transports tell of them, and the line that one of them
 /// has begun.

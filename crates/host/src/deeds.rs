@@ -2,21 +2,12 @@
 
 use std::borrow::Cow;
 
-use vimc4_device::{
-    Device, Fault, FaultStage, Faulting, Input, Kinds, Mishap, Ruling, SignalId, Time,
-};
+use vimc4_control::why_without_effect;
+use vimc4_device::{Device, Faulting, Input, Kinds, Time};
 
 use crate::drive::Drive;
-use crate::report::{Deed, Effect, News, Source};
 use crate::rig::Rig;
-
-/// Why there is not one fault more than [`MOST_FAULTS`](vimc4_device::MOST_FAULTS).
-pub(crate) const NO_MORE_FAULTS: &str =
-    "no more than 1,000 faults at once; end those that are no longer needed";
-
-/// Why there are not more rules than [`MOST_RULES`](vimc4_device::MOST_RULES).
-pub(crate) const NO_MORE_RULES: &str =
-    "no more than 1,000 rules at once; end those that are no longer needed";
+use crate::{Deed, Effect, News, Source};
 
 /// Performs a deed on the device, and tells its source whether it has had any effect.
 pub(crate) fn act<D: Device + Clone>(
@@ -78,56 +69,6 @@ fn changes<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: T
         }
     }
     rig.said != said || rig.device.state() != before
-}
-
-/// Why inputs have changed nothing.
-fn why_without_effect<D: Device>(
-    device: &D,
-    inputs: &[Input<'_>],
-    at: Time,
-) -> Option<&'static str> {
-    // Nothing has changed, so what is so now was so before.
-    let is_so = |id: SignalId, value: i32| {
-        let signals = device.view(at).signals;
-        signals.iter().any(|signal| signal.id == id && signal.value == Some(value))
-    };
-    let already = "it was so already";
-    let faults = device.faults();
-    let holds = |what: &dyn Fn(&Mishap) -> bool| {
-        faults.iter().any(|view| match &view.fault {
-            Fault::Machine(fault) => view.stage == FaultStage::Strikes && what(&fault.mishap),
-            _ => false,
-        })
-    };
-    let held = "a fault holds it; `faults` says which";
-    match inputs {
-        [Input::Signal(set, _)]
-            if holds(&|it| matches!(it, Mishap::Hold { signal, .. } if signal == set)) =>
-        {
-            Some(held)
-        }
-        [Input::Power(_)] if holds(&|it| matches!(it, Mishap::Power)) => Some(held),
-        [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
-        [Input::Fault(Faulting::Begin(number, _))]
-            if faults.iter().all(|view| view.number != *number) =>
-        {
-            Some(NO_MORE_FAULTS)
-        }
-        [Input::Rule(Ruling::Begin(..))] => Some(NO_MORE_RULES),
-        [Input::Fault(Faulting::End(_))] => Some("there is no such fault"),
-        [Input::Fault(Faulting::EndAll)] => Some("nothing is wrong"),
-        [Input::Rule(Ruling::End(_))] => Some("there is no such rule"),
-        [Input::Rule(Ruling::EndAll)] => Some("there are no rules"),
-        [Input::Rule(Ruling::EndAll), ..] => Some("there are no rules, and nothing is wrong"),
-        // Of several things each may have undone the one before: the first reason that there is.
-        _ => inputs
-            .iter()
-            .find_map(|input| match input {
-                Input::Signal(signal, value) => device.why_without_effect(*signal, *value),
-                _ => None,
-            })
-            .or((inputs.len() == 1).then_some(already)),
-    }
 }
 
 /// Bytes reach the device. The sender of those that act at once is reported.

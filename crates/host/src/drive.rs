@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use vimc4_device::{Condition, Device, Foresight, Input, Kinds, OwnedInput, Time};
 
-use crate::clock::Clock;
+use crate::Clock;
+use crate::ControlError;
+use crate::Step;
 use crate::journey::{Progress, Ticket, Wish};
 use crate::pace::Pace;
-use crate::pending::ControlError;
-use crate::report::{Deed, News, Source};
-use crate::rig::{Rig, Step};
+use crate::rig::Rig;
 use crate::travel::{Destination, Travel};
+use crate::{Deed, News, Source};
 
 /// How many deadlines are performed before the line is looked at again.
 const BATCH: u32 = 10_000;

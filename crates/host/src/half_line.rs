@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use bytes::Bytes;
 
-use crate::report::Source;
+use crate::Source;
 
 /// Keeps the line that a client has begun, so that it can be reported when another client ends it.
 ///

@@ -9,16 +9,17 @@ use vimc4_device::{
     ScenarioNumber, Signal, Time, View,
 };
 
-use crate::breakpoints::BreakpointView;
-use crate::clock::Clock;
-use crate::deeds::{NO_MORE_FAULTS, NO_MORE_RULES};
+use crate::BreakpointView;
+use crate::Clock;
+use crate::ControlError;
 use crate::journey::{Journey, Wishes};
-use crate::pending::{ControlError, Pending};
-use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
-use crate::rig::{Pause, Step};
+use crate::pending::Pending;
 use crate::runner::{Deferred, Ending, Runner};
 use crate::transport::Transport;
 use crate::travel::Destination;
+use crate::{BreakpointId, Effect, Sink, SinkId, Source};
+use crate::{Pause, Step};
+use vimc4_control::{NO_MORE_FAULTS, NO_MORE_RULES};
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///

@@ -10,7 +10,8 @@ use std::time::Duration;
 use tokio::sync::{mpsc, oneshot, watch};
 use vimc4_device::Time;
 
-use crate::pending::{ControlError, Pending};
+use crate::ControlError;
+use crate::pending::Pending;
 
 /// Time that has been sent somewhere, by [`advance`](crate::Handle::advance) or
 /// [`run_until`](crate::Handle::run_until): the reply says when it has arrived.

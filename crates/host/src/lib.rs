@@ -7,7 +7,6 @@
 #![forbid(unsafe_code)]
 
 mod bell;
-mod breakpoints;
 mod clients;
 mod clock;
 mod deeds;
@@ -21,7 +20,6 @@ mod line_feeds;
 mod pace;
 mod pending;
 mod reception;
-mod report;
 mod reports;
 mod rig;
 mod runner;
@@ -38,19 +36,16 @@ mod waiting;
 mod wire;
 mod worker;
 
-pub use breakpoints::BreakpointView;
-pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, is_at, unix_lines};
 pub use handle::Handle;
 pub use journey::{Journey, Progress};
-pub use pending::{ControlError, Pending, block_on};
-pub use report::{BreakpointId, Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
+pub use pending::{Pending, block_on};
 pub use reports::{Reports, Tap};
-pub use rig::{Pause, Step};
 pub use runner::{RunError, Runner};
+pub use sinks::SinkId;
 #[cfg(feature = "tracing")]
 pub use traces::Traces;
-pub use traffic::{Traffic, Verbosity};
+pub use traffic::Traffic;
 pub use transport::{
     Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Tcp, TcpError, Transport,
 };
@@ -58,4 +53,8 @@ pub use transport::{
 pub use transport::{LinkError, Pty, PtyError, PtyLink, User, Users};
 #[cfg(feature = "serial")]
 pub use transport::{Serial, SerialError};
+pub use vimc4_control::{
+    BreakpointId, BreakpointView, Clock, ClockError, ControlError, Deed, Effect, News, Pause, Rate,
+    Report, Sink, Source, Step, Verbosity, Wants, What,
+};
 pub use worker::Worker;

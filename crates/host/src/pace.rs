@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use vimc4_device::Time;
 
-use crate::clock::{Clock, Ticking};
+use crate::Clock;
+use crate::clock::Ticking;
 
 /// How long the computer may be behind a clock that runs by itself before the clock gives way.
 const LAG_LIMIT: Duration = Duration::from_millis(250);

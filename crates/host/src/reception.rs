@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use vimc4_device::{Damage, Device, FaultNumber, Faulting, Input, LineFault, Time, Way, When};
 
+use crate::News;
 use crate::clients::ClientsOfLine;
 use crate::deeds;
 use crate::drive::Drive;
-use crate::report::News;
 use crate::rig::Rig;
 use crate::transport::Received;
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
 use crate::pending::block_on;
-use crate::report::{Report, Sink, Wants, What};
+use crate::{Report, Sink, Wants, What};
 
 /// The reports of one or several controllers, taken whenever there is time for them.
 ///
@@ -164,7 +164,7 @@ mod tests {
     use vimc4_device::Time;
 
     use super::*;
-    use crate::report::News;
+    use crate::News;
 
     fn report(controller: &str, second: u64) -> Report {
         let what = What::News(News::Back { transport: Arc::from("serial") });

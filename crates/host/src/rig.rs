@@ -9,38 +9,14 @@ use vimc4_device::{
     Condition, Device, Event, FlashChange, Input, Kinds, Output, OwnedInput, Stamp, Time, Warning,
 };
 
-use crate::breakpoints::Breakpoints;
+use crate::ControlError;
 use crate::leaving::Leaving;
-use crate::pending::ControlError;
-use crate::report::{BreakpointId, News, Sink, SinkId, Source, Wants, What};
 use crate::sinks::Sinks;
 use crate::storage::Storage;
 use crate::waiting::Waiters;
 use crate::wire::Wire;
-
-/// Time is paused.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pause {
-    /// The controller's time when it was paused.
-    pub at: Time,
-    /// The source of the pause; `None` if it was a breakpoint.
-    pub by: Option<Source>,
-    /// The breakpoints that were met.
-    pub breakpoints: Vec<BreakpointId>,
-}
-
-/// What a step has done while time is paused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// The device has done one thing by itself.
-    Cause,
-    /// An input has gone in that had waited behind what was due.
-    Input,
-    /// Nothing but time has passed, up to where a breakpoint is met.
-    Time,
-    /// Nothing: the device waits for an input.
-    Rest,
-}
+use crate::{BreakpointId, News, Pause, Sink, SinkId, Source, Step, Wants, What};
+use vimc4_control::Breakpoints;
 
 /// An input that waits, and its source.
 struct Pending {

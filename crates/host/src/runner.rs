@@ -11,24 +11,25 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 
+use crate::BreakpointView;
+use crate::Clock;
+use crate::ControlError;
 use crate::bell::Bell;
-use crate::breakpoints::BreakpointView;
 use crate::clients::ClientsOfLine;
-use crate::clock::Clock;
 use crate::deeds;
 use crate::drive::Drive;
 use crate::flash::{FlashFile, FlashFileError};
 use crate::journey::Ticket;
-use crate::pending::ControlError;
 use crate::reception;
-use crate::report::{BreakpointId, Deed, Effect, News, Sink, SinkId, Source};
-use crate::rig::{Pause, Rig, Step};
+use crate::rig::Rig;
 use crate::storage::Storage;
 use crate::timer::Timer;
 use crate::transport::Transport;
 use crate::travel::Destination;
 use crate::turn::reactor_turn;
 use crate::wire;
+use crate::{BreakpointId, Deed, Effect, News, Sink, SinkId, Source};
+use crate::{Pause, Step};
 
 /// Owns a device and its transports and lets it live in the time of a [`Clock`]. It comes
 /// with a [`Handle`](crate::Handle), see [there](crate::Handle::pair).

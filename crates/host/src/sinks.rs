@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use vimc4_device::{Device, Time};
 
-use crate::report::{Report, Sink, SinkId, Wants, What};
+use crate::{Report, Sink, Wants, What};
+
+/// A sink that watches, by which it can be [detached](crate::Handle::detach).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SinkId(u64);
 
 /// The sinks of a controller, and the reports they want together. Reports that no sink wants are
 /// not produced.

@@ -3,8 +3,8 @@
 use bytes::Bytes;
 use vimc4_device::{Device, FlashChange};
 
+use crate::News;
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
-use crate::report::News;
 
 /// The file of a device's flash memory, if it has one, and whether it can still be relied on.
 #[derive(Debug, Default)]

@@ -7,7 +7,7 @@ use tracing::dispatcher::{self, Dispatch};
 use tracing::{Level, Span, enabled, error_span};
 use vimc4_device::{Event, Kinds, Time, Warning, escape};
 
-use crate::report::{News, Report, Sink, Wants, What};
+use crate::{News, Report, Sink, Wants, What};
 
 /// A sink that turns reports into events of [`tracing`], all of the target `vimc4`:
 ///
@@ -161,6 +161,7 @@ impl Traces {
             News::NoEffect { by, deed, why } => {
                 tell!(DEBUG, &whole, at, %by, %deed, why = why.as_deref(), "no effect");
             }
+            news => tell!(DEBUG, &whole, at, ?news, "news"),
         }
     }
 

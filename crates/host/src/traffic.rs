@@ -3,10 +3,11 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{CommandNumber, Event, Grouped, Kinds, Time, Warning};
-use vimc4_journal::words::{self, Excerpt, Words};
+use vimc4_control::{Talk, Teller};
+use vimc4_device::{Grouped, Time};
+use vimc4_journal::words;
 
-use crate::report::{BreakpointId, News, Report, Sink, Wants, What};
+use crate::{News, Report, Sink, Verbosity, Wants};
 
 /// A sink that writes lines of text:
 ///
@@ -17,13 +18,15 @@ use crate::report::{BreakpointId, News, Report, Sink, Wants, What};
 ///
 /// The lines go to a function, one at a time and without their ends; it must not block.
 pub struct Traffic<F> {
+    talk: Talk,
+    pen: Pen<F>,
+}
+
+/// Writes every line, but of a flood of warnings only a few.
+struct Pen<F> {
     write: F,
-    verbosity: Verbosity,
-    words: Words,
     /// By kind and transport.
     floods: Vec<Flood>,
-    /// On which transport is spoken, as far as that is known.
-    speaker: String,
     /// How long a warning stands for those of its kind.
     respite: Duration,
 }
@@ -48,15 +51,6 @@ struct Flood {
 /// Of each kind of warning about a transport no more than one is told in this time.
 const RESPITE: Duration = Duration::from_secs(1);
 
-/// How much a [`Traffic`] sink tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verbosity {
-    /// Refused clients, and what was lost or assumed.
-    Warnings,
-    /// The same, and clients that come and go, and every command with its answer.
-    Conversation,
-}
-
 impl Flood {
     /// How many were left out, of how many bytes: they are told now.
     fn take(&mut self) -> (u64, u64) {
@@ -67,16 +61,12 @@ impl Flood {
 impl<F: FnMut(String) + Send> Traffic<F> {
     /// Writes the conversation by calling `write`.
     pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
-        Traffic {
-            write,
-            verbosity,
-            words: Words::default(),
-            floods: Vec::new(),
-            speaker: String::new(),
-            respite: RESPITE,
-        }
+        let pen = Pen { write, floods: Vec::new(), respite: RESPITE };
+        Traffic { talk: Talk::new(verbosity), pen }
     }
+}
 
+impl<F: FnMut(String) + Send> Teller for Pen<F> {
     fn line(&mut self, at: Time, text: fmt::Arguments<'_>) {
         (self.write)(words::line(at, text));
     }
@@ -121,7 +111,9 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             }
         }
     }
+}
 
+impl<F: FnMut(String) + Send> Pen<F> {
     /// Says how many warnings about a transport were left out that nothing has been said of yet.
     /// A client that comes and goes all the time gets no more lines by that.
     fn settle(&mut self, at: Time, transport: &str) {
@@ -148,250 +140,27 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             self.line(at, format_args!("{line}"));
         }
     }
-
-    fn event(
-        &mut self,
-        at: Time,
-        command: Option<CommandNumber>,
-        event: &Event,
-        explain: &dyn Fn(&[u8]) -> String,
-    ) {
-        match event {
-            // That nobody listens is part of a conversation, or of its absence: a program that
-            // sends characters to nobody would fill the terminal with it.
-            Event::Warning(Warning::NobodyListens { .. })
-                if self.verbosity == Verbosity::Warnings => {}
-            Event::Warning(warning) => {
-                let text = format_args!("warning: {warning}");
-                let in_conversation = self.verbosity == Verbosity::Conversation
-                    && matches!(warning, Warning::NoEffect { .. });
-                match kind_of(warning) {
-                    // It belongs to a command, and of those all are told.
-                    _ if in_conversation => self.line(at, text),
-                    Some((kind, bytes)) => {
-                        let speaker = std::mem::take(&mut self.speaker);
-                        self.warn(at, kind, &speaker, bytes, text);
-                        self.speaker = speaker;
-                    }
-                    None => self.line(at, text),
-                }
-            }
-            event => {
-                if let Some(text) = self.words.event(at, command, event, explain) {
-                    self.line(at, format_args!("{text}"));
-                }
-            }
-        }
-    }
-
-    fn news(&mut self, at: Time, news: &News, explain: &dyn Fn(&[u8]) -> String) {
-        match news {
-            News::Closed { transport, .. } => self.settle(at, transport),
-            News::Ends => self.settle_if(at, |_, _| true),
-            News::Opened { transport, .. } | News::Speaks { transport, .. } => {
-                transport.as_ref().clone_into(&mut self.speaker);
-            }
-            _ => {}
-        }
-        match news {
-            News::Deed { .. } | News::NoEffect { .. } | News::Speaks { .. }
-                if self.verbosity == Verbosity::Warnings => {}
-            News::Deed { by, deed } => {
-                let text = words::deed(by, deed, explain);
-                self.line(at, format_args!("{text}"));
-            }
-            News::NoEffect { why: Some(why), .. } => {
-                self.line(at, format_args!("        no effect: {why}"));
-            }
-            News::NoEffect { why: None, .. } => self.line(at, format_args!("        no effect")),
-            News::Speaks { transport, client } => {
-                self.line(at, format_args!("{transport}: {client} speaks"));
-            }
-            News::Opened { transport, client, observes }
-                if self.verbosity == Verbosity::Conversation =>
-            {
-                let observing = observing(*observes);
-                self.line(at, format_args!("{transport}: {client}{observing} opened the line"));
-            }
-            News::Closed { transport, client, observes, taken_by }
-                if self.verbosity == Verbosity::Conversation =>
-            {
-                let text = match taken_by {
-                    Some(by) => format!("{by} takes the line over from {client}"),
-                    None => format!("{client}{} closed the line", observing(*observes)),
-                };
-                self.line(at, format_args!("{transport}: {text}"));
-            }
-            News::HostLine { transport, line, on } if self.verbosity == Verbosity::Conversation => {
-                let state = if *on { "on" } else { "off" };
-                self.line(at, format_args!("{transport}: the host has switched {line} {state}"));
-            }
-            News::Ends if self.verbosity == Verbosity::Conversation => {
-                self.line(
-                    at,
-                    format_args!("the controller ends, as if its power were switched off"),
-                );
-            }
-            News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } | News::Ends => {}
-            News::Refused { transport, client, holder } => self.warn(
-                at,
-                "clients that were refused",
-                transport,
-                0,
-                format_args!("{transport}: refused {client}, because {holder} holds the line"),
-            ),
-            News::Unheard { transport, client } => self.warn(
-                at,
-                "observers that have sent something",
-                transport,
-                0,
-                format_args!("{transport}: {client} only observes, what it sends is ignored"),
-            ),
-            News::Lost { transport, bytes } => self.warn(
-                at,
-                "answers that were not read",
-                transport,
-                *bytes,
-                format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
-            ),
-            News::WrongSpeed { transport, client, line, noise } => {
-                let heard = match noise {
-                    true => "it hears noise, and so does the client",
-                    false => "a real one would hear noise",
-                };
-                self.warn(
-                    at,
-                    "changes of the speed",
-                    transport,
-                    0,
-                    format_args!(
-                        "{transport}: the client has set {client} baud, the controller has {line}; \
-                         {heard}"
-                    ),
-                );
-            }
-            News::WrongParity { transport, parity } => self.warn(
-                at,
-                "changes of the parity",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: the client has set {parity} parity, the controller has none; a \
-                     real one would hear noise"
-                ),
-            ),
-            News::WrongDataBits { transport, bits } => self.warn(
-                at,
-                "changes of the data bits",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: the client has set {bits} data bits, the controller has 8; a \
-                     real one would hear noise"
-                ),
-            ),
-            News::Shared { transport, programs } => self.warn(
-                at,
-                "programs at one port",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: {programs} have it open at once and take the answers from each \
-                     other; close all but one"
-                ),
-            ),
-            News::HalfLine { transport, half, spoils: false } => self.warn(
-                at,
-                "half lines",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: an earlier client left half a line, `{}`; the next command \
-                     continues it, as on a real cable (--fresh-clients forgets it)",
-                    Excerpt(half)
-                ),
-            ),
-            News::HalfLine { transport, half, spoils: true } => self.warn(
-                at,
-                "commands after half lines",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: this command continues the half line `{}` that an earlier client \
-                     left",
-                    Excerpt(half)
-                ),
-            ),
-            News::LineFeed { transport, right } => self.warn(
-                at,
-                "clients that end their lines with LF alone",
-                transport,
-                0,
-                format_args!("{transport}: LF alone ends no command; {right}"),
-            ),
-            News::Gone { transport, error } => self.line(
-                at,
-                format_args!("{transport} is gone ({error}); it is opened again when it is back"),
-            ),
-            News::Back { transport } => self.line(at, format_args!("{transport} is back")),
-            News::PowerWasOff { bytes } => self.line(
-                at,
-                format_args!("the power was off: {} lost, nobody heard what came", count(*bytes)),
-            ),
-            News::Paused { by: Some(by), .. } => {
-                self.line(at, format_args!("{by}: time is paused"));
-            }
-            News::Paused { by: None, breakpoints } => {
-                for BreakpointId(number) in breakpoints {
-                    self.line(at, format_args!("time is paused at breakpoint {number}"));
-                }
-            }
-            News::Resumed { by } => self.line(at, format_args!("{by}: time goes on")),
-            News::FlashMended { file, what } => {
-                self.line(at, format_args!("flash file {file}: {what}"));
-            }
-        }
-    }
 }
 
 impl<F: FnMut(String) + Send> Sink for Traffic<F> {
     fn wants(&self) -> Wants {
-        let kinds = match self.verbosity {
-            Verbosity::Warnings => Kinds::WARNING,
-            Verbosity::Conversation => Kinds::COMMAND
-                .and(Kinds::ANSWER)
-                .and(Kinds::FLASH)
-                .and(Kinds::LINE)
-                .and(Kinds::FAULT)
-                .and(Kinds::WARNING),
-        };
-        Wants { kinds, ..Wants::default() }
+        self.talk.wants()
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
-        let at = report.at;
-        match &report.what {
-            What::Event { command, event } => self.event(at, *command, event, explain),
-            What::News(news) => self.news(at, news, explain),
+        match report.news() {
+            Some(News::Closed { transport, .. }) => self.pen.settle(report.at, transport),
+            Some(News::Ends) => self.pen.settle_if(report.at, |_, _| true),
             _ => {}
         }
+        self.talk.tell(report, explain, &mut self.pen);
     }
 }
 
 impl<F> fmt::Debug for Traffic<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Traffic").field("verbosity", &self.verbosity).finish_non_exhaustive()
-    }
-}
-
-/// What is left out when there are many, in words, and how many bytes it is about. Of what happens to the machine or to a program
-/// nothing is left out: each is another event, and time on the wall is none of the controller's.
-fn kind_of(warning: &Warning) -> Option<(&'static str, u64)> {
-    match warning {
-        Warning::ReceiveOverflow { lost } => Some(("overflows of the receive buffer", *lost)),
-        Warning::NobodyListens { lost } => Some(("answers while nobody had the line open", *lost)),
-        Warning::NoEffect { .. } => Some(("commands without effect", 0)),
-        _ => None,
+        let verbosity = self.talk.verbosity();
+        f.debug_struct("Traffic").field("verbosity", &verbosity).finish_non_exhaustive()
     }
 }
 
@@ -404,15 +173,6 @@ fn of_bytes(bytes: u64) -> String {
     }
 }
 
-fn count(bytes: u64) -> String {
-    if bytes == 1 { "1 byte was".to_owned() } else { format!("{bytes} bytes were") }
-}
-
-/// What is said of a client that only hears what others are answered.
-fn observing(observes: bool) -> &'static str {
-    if observes { " (observing)" } else { "" }
-}
-
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
@@ -420,8 +180,10 @@ mod tests {
     use std::sync::mpsc;
 
     use bytes::Bytes;
+    use vimc4_device::{CommandNumber, Event, Warning};
 
     use super::*;
+    use crate::What;
 
     fn happened(at: Time, event: Event) -> Report {
         let what = What::Event { command: None, event };
@@ -524,7 +286,7 @@ mod tests {
         let (sender, lines) = mpsc::channel();
         let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
         // However slow the computer is.
-        traffic.respite = Duration::from_secs(3_600);
+        traffic.pen.respite = Duration::from_secs(3_600);
         let explain = |_: &[u8]| String::new();
         let (transport, client) = (std::sync::Arc::from("pty"), "a client".to_owned());
         for ms in 0..2_000 {
@@ -556,10 +318,10 @@ mod tests {
             }
         }
         let mut traffic = Traffic::new(Verbosity::Warnings, |_| {});
-        traffic.respite = Duration::from_secs(3_600);
+        traffic.pen.respite = Duration::from_secs(3_600);
         let made = Cell::new(0);
         for _ in 0..100 {
-            traffic.warn(Time::ZERO, "a kind", "pty", 0, format_args!("{}", Words(&made)));
+            traffic.pen.warn(Time::ZERO, "a kind", "pty", 0, format_args!("{}", Words(&made)));
         }
         assert_eq!(made.get(), 1);
     }
@@ -588,7 +350,7 @@ mod tests {
         let (sender, lines) = mpsc::channel();
         let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
         // However slow the computer is.
-        traffic.respite = Duration::from_secs(3_600);
+        traffic.pen.respite = Duration::from_secs(3_600);
         let lost = |axis, name: &'static str| Warning::StepsLost {
             axis,
             name: name.into(),
@@ -623,7 +385,7 @@ mod tests {
         let (sender, lines) = mpsc::channel();
         let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
         // However slow the computer is.
-        traffic.respite = Duration::from_secs(3_600);
+        traffic.pen.respite = Duration::from_secs(3_600);
         let explain = |_: &[u8]| String::new();
         let mut tell = |report| traffic.report(&report, &explain);
         let label = |name: &str| std::sync::Arc::<str>::from(name);

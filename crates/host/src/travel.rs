@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use vimc4_device::{Condition, Device, Forecast, Foresight, MAX_CAUSES, Time};
 
+use crate::Source;
 use crate::journey::{Progress, Ticket};
-use crate::report::Source;
 
 /// How many causes are looked ahead at once.
 const AHEAD: u32 = 1_000;

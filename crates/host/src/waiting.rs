@@ -2,8 +2,8 @@
 
 use vimc4_device::{Condition, Device, Event, Foresight, Kinds, Time};
 
+use crate::ControlError;
 use crate::journey::{Ticket, Wish};
-use crate::pending::ControlError;
 
 /// All waiting callers.
 #[derive(Default)]

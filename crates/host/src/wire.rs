@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use crate::report::News;
+use crate::News;
 use crate::transport::{Received, Sent, Transport};
 
 /// How much is read at once. The controllers of a thread take turns after each piece, and a

@@ -612,7 +612,7 @@ impl<D: Device> History<D> {
     }
 
     /// When the next act of the present's branch is, as far as it is known.
-    fn next_act(&self) -> Option<Time> {
+    pub fn next_act(&self) -> Option<Time> {
         let input = self.track().tape.get(self.present.moment.inputs).map(|(given, _)| given);
         let wake = self.device.wake().filter(|due| *due != Time::NEVER);
         input.into_iter().chain(wake).min().map(|due| due.max(self.now()))
@@ -676,8 +676,9 @@ impl<D: Device> History<D> {
         Some(act)
     }
 
-    /// Lets time pass in which nothing happens.
-    fn wait_until(&mut self, at: Time) {
+    /// Lets time pass in which nothing happens: nothing is due before, and what is due at that very instant
+    /// is still to be done.
+    pub fn wait_until(&mut self, at: Time) {
         if at > self.now() {
             self.device.accept(Input::Wake, at);
             self.came_to(Moment { at, ..self.present.moment }, None);

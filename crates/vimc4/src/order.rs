@@ -3,11 +3,9 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_device::{
-    Awaits, Condition, Cue, Order, Ruling, Scenario, Trigger, faults_in_words, position_in_words,
-    rules_in_words,
-};
-use vimc4_host::{ControlError, Effect};
+use vimc4_control::order::{erased, ruled, said};
+use vimc4_device::{Condition, Order, Ruling, faults_in_words, position_in_words, rules_in_words};
+use vimc4_host::ControlError;
 
 use crate::control::Control;
 use crate::error::Error;
@@ -40,20 +38,11 @@ impl Control {
         match order {
             Order::Do(deed) => answer(self.act(deed.clone()), |effect| said(&effect)),
             Order::Erase => {
-                let seconds = self.model().panel_erase_ms().unwrap_or(0) as f64 / 1_000.0;
+                let takes_ms = self.model().panel_erase_ms().unwrap_or(0);
                 let (before, effect) = (self.view(), self.erase());
                 Box::pin(async move {
                     let (before, effect) = (before.await?, effect.await?);
-                    Ok(match effect {
-                        Effect::Something if before.powered => format!(
-                            "ok: the memory is erased, which takes {seconds} s; then press on, for \
-                             the emergency stop has switched the stages off"
-                        ),
-                        Effect::Something => {
-                            "ok, but nothing is erased: the power is off".to_owned()
-                        }
-                        effect => said(&effect),
-                    })
+                    Ok(erased(&effect, before.powered, takes_ms))
                 })
             }
             Order::Advance(span) => answer(self.advance(*span), |at| format!("now {at}")),
@@ -71,20 +60,9 @@ impl Control {
                 Box::pin(async move { Ok(faults_in_words(&faults.await?, &names.await?)) })
             }
             Order::Rule(Ruling::Begin(_, scenario)) => {
-                let heard = heard(scenario);
-                let (number, rules) = (self.scenario(scenario.clone()), self.rules());
-                Box::pin(async move {
-                    let (number, rules) = (number.await?, rules.await?);
-                    let is_there = |name: &&String| {
-                        rules.iter().any(|view| {
-                            view.id.name.as_ref() == Some(*name) && view.id.scenario != number
-                        })
-                    };
-                    Ok(match heard.iter().find(|name| !is_there(name)) {
-                        Some(name) => format!("ok, rule {number}; there is no rule `{name}` yet"),
-                        None => format!("ok, rule {number}"),
-                    })
-                })
+                let begun = scenario.clone();
+                let (number, rules) = (self.scenario(begun.clone()), self.rules());
+                Box::pin(async move { Ok(ruled(number.await?, &begun, &rules.await?)) })
             }
             Order::Rule(Ruling::End(number)) => {
                 answer(self.end_scenario(*number), |effect| said(&effect))
@@ -110,28 +88,6 @@ impl Control {
                 Box::pin(async { Ok(String::new()) })
             }
         }
-    }
-}
-
-/// The names of the rules that others wait for.
-fn heard(scenario: &Scenario) -> Vec<String> {
-    let cues = scenario.rules.iter().filter_map(|rule| match &rule.trigger {
-        Trigger::When(cues) => Some(cues.iter()),
-        _ => None,
-    });
-    let name = |cue: &Cue| match &cue.awaits {
-        Awaits::Rule(name) => Some(name.clone()),
-        _ => None,
-    };
-    cues.flatten().filter_map(name).collect()
-}
-
-/// That something changed nothing is worth a word.
-fn said(effect: &Effect) -> String {
-    match effect {
-        Effect::Something => "ok".to_owned(),
-        Effect::Nothing { why: Some(why) } => format!("ok, without effect: {why}"),
-        Effect::Nothing { why: None } => "ok, without effect".to_owned(),
     }
 }
 

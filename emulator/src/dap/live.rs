@@ -13,8 +13,8 @@ use vimc4_timeline::Progress;
 use crate::failure::Failure;
 use crate::live::{self, Live, Ring};
 use crate::places::{LISTENS, PTY, counted_up, numbered};
-use crate::recording::controller::quirky;
 use crate::setup::Setup;
+use vimc4_answers::profiles::quirky;
 
 /// One controller behind ports. It is this session's alone as long as it lives.
 struct Held {

@@ -11,10 +11,11 @@ use vimc4_debug::{Debugger, Recorded, Reel, uninterrupted};
 use vimc4_device::{Device, Names, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Given, LineSort, What};
 
-use super::controller::{Site, known};
+use super::controller::Site;
 use super::file::{Lines, Share, torn_off};
 use crate::failure::Failure;
 use crate::text;
+use vimc4_answers::profiles::known;
 
 /// How many lines are read before anything is shown: some tens of milliseconds, and most recordings
 /// as a whole.

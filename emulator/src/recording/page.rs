@@ -5,11 +5,10 @@ use std::fs::{self, File};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use vimc4::{Report, What};
+use vimc4_answers::past::{has_come_to, report};
 use vimc4_api::Film;
 use vimc4_debug::{Read, uninterrupted};
-use vimc4_device::Output;
-use vimc4_timeline::{BranchId, Moment, Place};
+use vimc4_timeline::{BranchId, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
@@ -44,7 +43,7 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
         history.go_back_to(Place { branch, moment: first.first });
     }
     let mut film = Film::new(&text::name(recording), &model, &machine, history.device());
-    while !is_there(history.present(), end)
+    while !has_come_to(history.present(), end)
         && history.find_next(end.moment.at.max(history.now()), |controller, _, outputs| {
             for output in outputs {
                 if let Some(report) = report(output) {
@@ -70,17 +69,4 @@ fn is_page(path: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut begin));
     read.is_ok() && (begin.is_empty() || begin.to_ascii_lowercase().starts_with(PAGE))
-}
-
-/// Whether all of a branch has happened up to a place.
-pub(crate) fn is_there(present: Place, end: Place) -> bool {
-    let counts = |moment: Moment| (moment.inputs, moment.bytes, moment.causes);
-    present.branch == end.branch && counts(present.moment) >= counts(end.moment)
-}
-
-/// What came out of a controller, as whoever watches it is told of it.
-pub(crate) fn report(output: &Output) -> Option<Report> {
-    let Output::Event(stamp, event) = output else { return None };
-    let what = What::Event { command: stamp.command, event: event.clone() };
-    Some(Report { controller: "".into(), at: stamp.at, what })
 }

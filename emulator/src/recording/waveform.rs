@@ -9,9 +9,10 @@ use vimc4_device::{Device as _, Names, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, Player, Recording, What};
 use vimc4_wave::Pacing;
 
-use super::controller::{PlayedDevice, Site, known};
+use super::controller::{PlayedDevice, Site};
 use crate::failure::Failure;
 use crate::waves::{Sheets, Waves};
+use vimc4_answers::profiles::known;
 
 /// A controller that does again what was recorded, and is drawn.
 struct Drawing {

@@ -16,9 +16,10 @@ use super::arguments::Arguments;
 use super::folder::Folder;
 use super::{reel, report};
 use crate::failure::Failure;
-use crate::recording::controller::{PlayedDevice, Site, known};
+use crate::recording::controller::{PlayedDevice, Site};
 use crate::recording::file;
 use crate::text;
+use vimc4_answers::profiles::known;
 
 /// So many points are done at a time. A sweep that is killed repeats no more than these, for each job.
 const CHUNK: usize = 256;

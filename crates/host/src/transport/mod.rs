@@ -50,7 +50,7 @@ pub use tcp::{Clients, Tcp, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 pub use users::{User, Users};
 
-use crate::report::News;
+use crate::News;
 
 /// One way to a controller's line.
 ///

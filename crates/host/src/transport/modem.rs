@@ -7,7 +7,7 @@ use std::task::{Context, Poll};
 use tokio::sync::mpsc;
 
 use super::{Received, Sent, Transport};
-use crate::report::News;
+use crate::News;
 
 /// Handshake lines without the bytes, which take their own way. The client's side is told of CTS
 /// and tells of DTR and RTS.

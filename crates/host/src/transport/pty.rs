@@ -15,7 +15,7 @@ use super::outbox::Outbox;
 use super::terminal::LineSettings;
 use super::watch::{Seen, Watch};
 use super::{Received, Sent, Transport, take};
-use crate::report::News;
+use crate::News;
 
 /// That several programs have it open is told no more often than this.
 const REMINDER: Duration = Duration::from_secs(10);

@@ -13,7 +13,7 @@ use tokio_serial::{SerialPort, SerialPortBuilderExt, SerialStream};
 use super::outbox::Outbox;
 use super::returning::Returning;
 use super::{Received, Sent, Transport};
-use crate::report::News;
+use crate::News;
 
 /// A serial port of this computer at the device's speed, 8N1 without flow control, as the real
 /// controllers have it. Whether somebody is at the other end of the cable cannot be seen. One that

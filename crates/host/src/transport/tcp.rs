@@ -22,8 +22,8 @@ use super::telnet::Telnet;
 #[cfg(target_os = "linux")]
 use super::vigil::{self, Vigil};
 use super::{Received, Sent, Transport};
+use crate::News;
 use crate::bell::Bell;
-use crate::report::News;
 
 /// How long a newcomer waits for the holder's end before it is refused. A client that closes
 /// and connects again at once overtakes the news of its own closing.

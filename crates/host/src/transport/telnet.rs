@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use vimc4_rfc2217::{Parity, Request, Server};
 
-use crate::report::News;
+use crate::News;
 
 /// How a client has set its port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,7 +17,7 @@ pub use vimc4_device::Deed;
 /// the inputs at their times does all the rest again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// The controller, by its [name](crate::Runner::named) in this process.
+    /// The controller, by its name in this process.
     pub controller: Arc<str>,
     /// The model time. What goes in has the one time at which it was handled.
     pub at: Time,
@@ -109,7 +109,7 @@ pub enum Source {
         /// The client, as far as it is known.
         client: Option<Arc<str>>,
     },
-    /// The holder of a [`Handle`](crate::Handle), by the name that the handle was given.
+    /// The holder of a handle, by the name that the handle was given.
     Controls(Arc<str>),
 }
 
@@ -124,18 +124,6 @@ impl fmt::Display for Source {
             }
         }
     }
-}
-
-/// The outcome of an action.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Effect {
-    /// Something has changed, or was sent.
-    Something,
-    /// The device is as it was.
-    Nothing {
-        /// Why, as far as that is known.
-        why: Option<&'static str>,
-    },
 }
 
 /// What happens at the transports of a line.
@@ -349,7 +337,7 @@ impl Wants {
 ///
 /// It is called by the task that runs the controller, between a command and its answer: it must
 /// neither block nor take long. For consumers that take their time there are
-/// [`Reports`](crate::Reports).
+/// queues.
 pub trait Sink: Send {
     /// The reports it wants; asked once.
     fn wants(&self) -> Wants;
@@ -364,7 +352,7 @@ pub trait Sink: Send {
     fn settled(&mut self, _at: Time, _state: &dyn Fn() -> serde_json::Value) {}
 
     /// When it wants to be told that [time has passed](Sink::passes), if nothing is told before; asked
-    /// after each report, and when somebody says that this [has changed](crate::Runner::look_again).
+    /// after each report, and when somebody says that this has changed.
     /// It has no influence on what happens: time that does not pass by itself does not pass for a sink.
     fn due(&self) -> Option<Time> {
         None
@@ -375,18 +363,13 @@ pub trait Sink: Send {
     fn passes(&mut self, _at: Time) {}
 
     /// Whether it has seen enough; asked after each report. If so, it is
-    /// [detached](crate::Handle::detach).
+    /// detached.
     fn has_enough(&self) -> bool {
         false
     }
 }
 
-/// The number of a breakpoint of a running controller, see
-/// [`Handle::break_when`](crate::Handle::break_when).
+/// The number of a breakpoint of a running controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct BreakpointId(pub u64);
-
-/// A sink that watches, by which it can be [detached](crate::Handle::detach).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SinkId(pub(crate) u64);

@@ -2,7 +2,7 @@
 
 use vimc4_device::{Breakpoint, Condition, Device, Event, Kinds, Time};
 
-use crate::report::BreakpointId;
+use crate::BreakpointId;
 
 /// A breakpoint of a running controller, as it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,13 +16,14 @@ pub struct BreakpointView {
 }
 
 /// All breakpoints.
-#[derive(Default)]
-pub(crate) struct Breakpoints {
+#[derive(Clone, Debug, Default)]
+pub struct Breakpoints {
     placed: Vec<Placed>,
     /// The last number that one was given.
     last: u64,
 }
 
+#[derive(Clone, Debug)]
 struct Placed {
     id: BreakpointId,
     breakpoint: Breakpoint,
@@ -31,7 +32,8 @@ struct Placed {
 }
 
 impl Breakpoints {
-    pub(crate) fn add<D: Device>(&mut self, device: &D, condition: Condition) -> BreakpointId {
+    /// Adds one.
+    pub fn add<D: Device>(&mut self, device: &D, condition: Condition) -> BreakpointId {
         self.last += 1;
         let (id, breakpoint) = (BreakpointId(self.last), Breakpoint::new(device, condition));
         let at = breakpoint.next(device);
@@ -40,21 +42,26 @@ impl Breakpoints {
     }
 
     /// Takes one away, and says whether it was there.
-    pub(crate) fn remove(&mut self, id: BreakpointId) -> bool {
+    pub fn remove(&mut self, id: BreakpointId) -> bool {
         let before = self.placed.len();
         self.placed.retain(|placed| placed.id != id);
         self.placed.len() < before
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// Takes all away.
+    pub fn clear(&mut self) {
         self.placed.clear();
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
     }
 
-    pub(crate) fn views(&self) -> Vec<BreakpointView> {
+    /// All of them, as they stand.
+    #[must_use]
+    pub fn views(&self) -> Vec<BreakpointView> {
         let view = |Placed { id, breakpoint, .. }: &Placed| BreakpointView {
             id: *id,
             condition: breakpoint.condition().clone(),
@@ -64,18 +71,20 @@ impl Breakpoints {
     }
 
     /// Which events they need to see.
-    pub(crate) fn kinds(&self) -> Kinds {
+    #[must_use]
+    pub fn kinds(&self) -> Kinds {
         let kinds = self.placed.iter().map(|placed| placed.breakpoint.condition().kinds());
         kinds.fold(Kinds::NONE, Kinds::and)
     }
 
     /// When the device has to be looked at next.
-    pub(crate) fn due(&self) -> Option<Time> {
+    #[must_use]
+    pub fn due(&self) -> Option<Time> {
         self.placed.iter().filter_map(|placed| placed.at).min()
     }
 
     /// Looks at the device in a moment with these events, and says which are met.
-    pub(crate) fn look<'a, D: Device>(
+    pub fn look<'a, D: Device>(
         &mut self,
         device: &D,
         events: impl Iterator<Item = &'a Event> + Clone,
@@ -91,7 +100,7 @@ impl Breakpoints {
     }
 
     /// The device goes on from another state.
-    pub(crate) fn begin<D: Device>(&mut self, device: &D) {
+    pub fn begin<D: Device>(&mut self, device: &D) {
         for Placed { breakpoint, at, .. } in &mut self.placed {
             breakpoint.begin(device);
             *at = breakpoint.next(device);

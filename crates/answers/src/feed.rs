@@ -1,14 +1,12 @@
 //! What happened at a controller, numbered, as far back as it is kept.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use tokio::sync::Notify;
-use vimc4::{
-    CommandNumber, Deed, Entry, Event, Happened, Journal, Kinds, Motion, News, Picture, Report,
-    Sink, Stamp, Time, Wants, What,
-};
+use vimc4_control::{Deed, News, Report, Sink, Wants, What};
+use vimc4_device::{CommandNumber, Event, Kinds, Motion, Stamp, Time};
+use vimc4_journal::{Entry, Journal, Picture, What as Happened};
 
 use crate::limits::HISTORY;
 
@@ -17,12 +15,17 @@ const UNANSWERED: usize = 64;
 
 /// What happened at a controller. The controller writes, and whoever asks reads: nothing is put into
 /// words or JSON before somebody does.
-#[derive(Debug)]
-pub(crate) struct Feed {
+pub struct Feed {
     kept: Mutex<Kept>,
     /// So many entries are kept.
     most: usize,
-    bell: Arc<Bell>,
+    ring: Ring,
+}
+
+impl fmt::Debug for Feed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Feed").field("kept", &self.kept).finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug, Default)]
@@ -40,16 +43,17 @@ struct Kept {
 
 /// One thing that happened.
 #[derive(Debug)]
-pub(crate) struct Item {
+pub struct Item {
     /// Its number, from 1.
-    pub(crate) number: u64,
-    pub(crate) report: Report,
+    pub number: u64,
+    /// What.
+    pub report: Report,
     /// What a command means, in words.
-    pub(crate) means: Box<str>,
+    pub means: Box<str>,
     /// The command that it belongs to.
-    pub(crate) command: Option<Arc<Item>>,
+    pub command: Option<Arc<Item>>,
     /// The motion that it changes or ends.
-    pub(crate) course: Option<Arc<Item>>,
+    pub course: Option<Arc<Item>>,
     /// It as JSON, once somebody has asked for it.
     pub(crate) json: OnceLock<Box<str>>,
 }
@@ -70,63 +74,36 @@ impl Item {
     }
 }
 
-/// Rings when something has happened anywhere, if anybody listens.
-#[derive(Debug, Default)]
-pub(crate) struct Bell {
-    listeners: AtomicUsize,
-    rings: Notify,
-}
-
-/// Somebody who wants to hear the bell.
-#[derive(Debug)]
-pub(crate) struct Listener(Arc<Bell>);
-
-impl Bell {
-    pub(crate) fn listen(self: &Arc<Bell>) -> Listener {
-        self.listeners.fetch_add(1, Ordering::AcqRel);
-        Listener(Arc::clone(self))
-    }
-
-    /// Resolves when something has happened since the last time.
-    pub(crate) async fn rung(&self) {
-        self.rings.notified().await;
-    }
-
-    fn ring(&self) {
-        if self.listeners.load(Ordering::Acquire) > 0 {
-            self.rings.notify_one();
-        }
-    }
-}
-
-impl Drop for Listener {
-    fn drop(&mut self) {
-        self.0.listeners.fetch_sub(1, Ordering::AcqRel);
-    }
-}
+/// Is called when something has happened.
+pub type Ring = Arc<dyn Fn() + Send + Sync>;
 
 /// Some of what is kept.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub struct Part {
     /// The number of the oldest entry that is kept, or of the next that comes.
-    pub(crate) first: u64,
+    pub first: u64,
     /// The number of the latest.
-    pub(crate) last: u64,
-    pub(crate) items: Vec<Arc<Item>>,
+    pub last: u64,
+    /// Oldest first.
+    pub items: Vec<Arc<Item>>,
 }
 
 impl Feed {
-    pub(crate) fn new(bell: Arc<Bell>) -> Arc<Feed> {
-        Feed::keeping(bell, HISTORY)
+    /// One that keeps as many entries as a running controller has.
+    #[must_use]
+    pub fn new(ring: Ring) -> Arc<Feed> {
+        Feed::keeping(ring, HISTORY)
     }
 
     /// One that keeps so many entries.
-    pub(crate) fn keeping(bell: Arc<Bell>, most: usize) -> Arc<Feed> {
-        Arc::new(Feed { kept: Mutex::default(), most, bell })
+    #[must_use]
+    pub fn keeping(ring: Ring, most: usize) -> Arc<Feed> {
+        Arc::new(Feed { kept: Mutex::default(), most, ring })
     }
 
     /// Where the controller writes.
-    pub(crate) fn sink(self: &Arc<Feed>) -> Ear {
+    #[must_use]
+    pub fn sink(self: &Arc<Feed>) -> Ear {
         Ear(Arc::clone(self))
     }
 
@@ -136,7 +113,8 @@ impl Feed {
     }
 
     /// At most so many entries after the one of this number, oldest first.
-    pub(crate) fn after(&self, number: u64, most: usize) -> Part {
+    #[must_use]
+    pub fn after(&self, number: u64, most: usize) -> Part {
         let kept = self.kept();
         let first = kept.last + 1 - kept.items.len() as u64;
         let skip =
@@ -146,7 +124,7 @@ impl Feed {
     }
 
     /// How things stand where it begins.
-    pub(crate) fn begin(&self, start: Picture) {
+    pub fn begin(&self, start: Picture) {
         let mut kept = self.kept();
         // What has happened since is not in the picture.
         if kept.items.is_empty() {
@@ -155,7 +133,8 @@ impl Feed {
     }
 
     /// What is kept of it up to now as the library has it, and how many entries are not kept any more.
-    pub(crate) fn journal(&self, now: Time) -> (Journal, u64) {
+    #[must_use]
+    pub fn journal(&self, now: Time) -> (Journal, u64) {
         let kept = self.kept();
         let mut journal = Journal::new(kept.start.clone(), usize::MAX);
         for item in &kept.items {
@@ -175,7 +154,8 @@ impl Feed {
     }
 
     /// The number of the latest entry, and whether something moves.
-    pub(crate) fn state(&self) -> (u64, bool) {
+    #[must_use]
+    pub fn state(&self) -> (u64, bool) {
         let kept = self.kept();
         (kept.last, kept.course.is_some())
     }
@@ -183,7 +163,7 @@ impl Feed {
 
 /// The sink of a feed.
 #[derive(Debug)]
-pub(crate) struct Ear(Arc<Feed>);
+pub struct Ear(Arc<Feed>);
 
 impl Sink for Ear {
     fn wants(&self) -> Wants {
@@ -199,7 +179,7 @@ impl Sink for Ear {
         let mut kept = self.0.kept();
         kept.keep(report.clone(), means.into(), self.0.most);
         drop(kept);
-        self.0.bell.ring();
+        (self.0.ring)();
     }
 }
 

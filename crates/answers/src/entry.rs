@@ -1,15 +1,14 @@
 //! What happened, as people and programs read it.
 
-use std::sync::Mutex;
+use std::fmt;
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use vimc4::{
-    AXES, Event, Motion, Names, News, Path, Point, Report, Segment, Sink, Traffic, Verbosity, What,
-    escape,
-};
+use vimc4_control::{News, Report, Talk, Teller, Verbosity, What};
+use vimc4_device::{AXES, Event, Motion, Names, Path, Point, Segment, Time, escape};
 
 use crate::feed::Item;
+use crate::problem::{Kind, Problem};
 
 /// Every kind of entry, and what it tells.
 pub const KINDS: [(&str, &str); 17] = [
@@ -33,7 +32,7 @@ pub const KINDS: [(&str, &str); 17] = [
 ];
 
 /// The kind of an entry.
-pub(crate) fn kind(report: &Report) -> &'static str {
+pub fn kind(report: &Report) -> &'static str {
     let Some(event) = report.event() else {
         return if report.news().is_some() { "news" } else { "missed" };
     };
@@ -56,34 +55,54 @@ pub(crate) fn kind(report: &Report) -> &'static str {
     }
 }
 
+/// Whether there are entries of this kind.
+#[must_use]
+pub fn is_kind(name: &str) -> bool {
+    KINDS.iter().any(|(kind, _)| *kind == name)
+}
+
+/// What is said of a name that is no kind.
+#[must_use]
+pub fn unknown_kind(name: &str) -> Problem {
+    let known: Vec<&str> = KINDS.iter().map(|(kind, _)| *kind).collect();
+    Problem::new(
+        Kind::NotUnderstood,
+        format!("there is no kind of entry `{name}`"),
+        format!("there are {}", known.join(", ")),
+    )
+}
+
 impl Item {
     /// It as JSON: made once, however many want it.
-    pub(crate) fn json(&self, names: &Names) -> &str {
+    pub fn json(&self, names: &Names) -> &str {
         self.json.get_or_init(|| Value::Object(fields(self, names)).to_string().into())
     }
 }
 
 /// The words for it, as `serve -v` has them; `None` for what the log leaves out.
-pub(crate) fn text(item: &Item) -> Option<String> {
-    let lines = Mutex::new(Vec::new());
-    let mut traffic = Traffic::new(Verbosity::Conversation, |line: String| {
-        lines.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(line);
-    });
+pub fn text(item: &Item) -> Option<String> {
+    let (mut talk, mut lines) = (Talk::new(Verbosity::Conversation), Lines::default());
     let means = |item: &Item| {
         let means = item.means.to_string();
         move |_: &[u8]| means.clone()
     };
     // An answer is shown with its command.
     if let Some(command) = &item.command {
-        traffic.report(&command.report, &means(command));
+        talk.tell(&command.report, &means(command), &mut lines);
+        lines.0.clear();
     }
-    let before = lines.lock().map_or(0, |lines| lines.len());
-    traffic.report(&item.report, &means(item));
-    drop(traffic);
-    let lines = lines.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let own = lines.get(before..).unwrap_or_default().iter();
-    let own: Vec<&str> = own.map(|line| line.split_once(" s  ").map_or("", |it| it.1)).collect();
-    (!own.is_empty()).then(|| own.join("\n").trim().to_owned())
+    talk.tell(&item.report, &means(item), &mut lines);
+    (!lines.0.is_empty()).then(|| lines.0.join("\n").trim().to_owned())
+}
+
+/// What is said of one thing.
+#[derive(Default)]
+struct Lines(Vec<String>);
+
+impl Teller for Lines {
+    fn line(&mut self, _: Time, text: fmt::Arguments<'_>) {
+        self.0.push(text.to_string());
+    }
 }
 
 fn fields(item: &Item, names: &Names) -> Map<String, Value> {

@@ -1,0 +1,200 @@
+//! What happens, as it happens: the messages of the WebSocket.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use vimc4_device::Names;
+
+use crate::entry::{is_kind, kind, unknown_kind};
+use crate::feed::Feed;
+use crate::fields::no_such;
+use crate::problem::{Kind, Problem};
+use crate::seen::Position;
+
+/// So many entries are in a message.
+const BATCH: usize = 256;
+
+/// What a client wants, in its own words.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Wish {
+    /// What lets it in, where that is needed.
+    pub token: Option<String>,
+    controllers: Option<Vec<usize>>,
+    kinds: Option<Vec<String>>,
+    after: BTreeMap<usize, u64>,
+    /// So many positions a second.
+    pub positions: Option<u32>,
+}
+
+impl Wish {
+    /// Everything of these kinds that has happened at so many controllers, and so many positions a second.
+    #[must_use]
+    pub fn from_the_beginning(controllers: usize, kinds: &[&str], positions: u32) -> Wish {
+        let kinds = kinds.iter().map(|kind| (*kind).to_owned()).collect();
+        let after = (1..=controllers).map(|number| (number, 0)).collect();
+        Wish { kinds: Some(kinds), after, positions: Some(positions), ..Wish::default() }
+    }
+
+    /// Reads a message.
+    ///
+    /// # Errors
+    ///
+    /// If it makes no sense.
+    pub fn read(text: &str) -> Result<Wish, Problem> {
+        let object = serde_json::from_str::<Map<String, Value>>(text);
+        let wish = object.and_then(|object| serde_json::from_value(object.into()));
+        wish.map_err(|error| {
+            Problem::new(
+                Kind::WrongRequest,
+                format!("the message is not understood: {error}"),
+                "send an object with any of token, controllers, kinds, after and positions, such \
+                 as {\"after\":{\"1\":0}}",
+            )
+        })
+    }
+}
+
+/// What a client gets.
+#[derive(Debug)]
+pub struct Subscription {
+    kinds: Option<Vec<String>>,
+    /// The controllers that it follows.
+    pub followed: Vec<Followed>,
+}
+
+/// A controller that a client follows.
+#[derive(Debug)]
+pub struct Followed {
+    /// Its place among the controllers.
+    pub place: usize,
+    /// The number of the last entry that was sent, or passed over.
+    sent: u64,
+    /// How things stood when a position was taken last.
+    looked: Option<Stand>,
+    position: Option<Position>,
+}
+
+impl Subscription {
+    /// What a client gets that wishes this.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such controller, or no such kind of entry.
+    pub fn new(wish: Wish, feeds: &[&Feed]) -> Result<Subscription, Problem> {
+        let count = feeds.len();
+        let numbers = wish.controllers.unwrap_or_else(|| (1..=count).collect());
+        let known = |number: &usize| (1..=count).contains(number);
+        let wrong = numbers.iter().chain(wish.after.keys()).find(|number| !known(number));
+        if let Some(wrong) = wrong {
+            return Err(no_such("controller", &wrong.to_string()));
+        }
+        if let Some(wrong) = wish.kinds.iter().flatten().find(|kind| !is_kind(kind)) {
+            return Err(unknown_kind(wrong));
+        }
+        let mut places: Vec<usize> = numbers.iter().map(|number| number - 1).collect();
+        places.sort_unstable();
+        places.dedup();
+        let followed = places.into_iter().map(|place| {
+            let (last, _) = feeds[place].state();
+            // What is to come cannot have been seen.
+            let sent = wish.after.get(&(place + 1)).map_or(last, |after| last.min(*after));
+            Followed { place, sent, looked: None, position: None }
+        });
+        Ok(Subscription { kinds: wish.kinds, followed: followed.collect() })
+    }
+
+    /// The first message: what there is.
+    #[must_use]
+    pub fn hello(&self, instance: &str, feeds: &[&Feed]) -> Value {
+        let controllers = self.followed.iter().map(|followed| {
+            let part = feeds[followed.place].after(u64::MAX - 1, 0);
+            json!({ "number": followed.place + 1, "first": part.first, "last": part.last })
+        });
+        let controllers = controllers.collect::<Vec<_>>();
+        json!({ "type": "hello", "instance": instance, "controllers": controllers })
+    }
+}
+
+impl Followed {
+    /// The messages with a batch of what has happened, and whether there is more.
+    pub fn entries(
+        &mut self,
+        kinds: &Kinds<'_>,
+        feed: &Feed,
+        names: &Names,
+    ) -> (Vec<String>, bool) {
+        let number = self.place + 1;
+        let mut messages = Vec::new();
+        let part = feed.after(self.sent, BATCH);
+        if self.sent + 1 < part.first {
+            let (from, to) = (self.sent + 1, part.first - 1);
+            let gap = json!({ "type": "gap", "controller": number, "from": from, "to": to });
+            messages.push(gap.to_string());
+            self.sent = to;
+        }
+        let Some(last) = part.items.last() else { return (messages, false) };
+        self.sent = last.number;
+        let wanted = part.items.iter().filter(|item| kinds.contain(kind(&item.report)));
+        let entries: Vec<&str> = wanted.map(|item| item.json(names)).collect();
+        if !entries.is_empty() {
+            let entries = entries.join(",");
+            messages.push(format!(
+                r#"{{"type":"events","controller":{number},"entries":[{entries}]}}"#
+            ));
+        }
+        (messages, last.number < part.last)
+    }
+
+    /// How things stand, if there may be another position than was sent last.
+    #[must_use]
+    pub fn looks(&self, feed: &Feed) -> Option<Stand> {
+        let stand = Stand(feed.state());
+        (stand.moves() || self.looked != Some(stand)).then_some(stand)
+    }
+
+    /// The message with where the axes are, if that is news: the latest only, however slow the client is.
+    /// How things stand was asked before, so that what happens meanwhile is looked at again.
+    pub fn position(&mut self, stand: Stand, position: Position) -> Option<String> {
+        self.looked = Some(stand);
+        if self.position.as_ref().is_some_and(|last| !position.differs(last)) {
+            return None;
+        }
+        let mut message = serde_json::to_value(&position).unwrap_or_default();
+        message["type"] = "position".into();
+        message["controller"] = (self.place + 1).into();
+        message["moving"] = stand.moves().into();
+        self.position = Some(position);
+        Some(message.to_string())
+    }
+}
+
+/// How things stand at a controller: the number of the last entry, and whether something moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stand((u64, bool));
+
+impl Stand {
+    /// Whether something moves.
+    #[must_use]
+    pub fn moves(self) -> bool {
+        self.0.1
+    }
+}
+
+/// The kinds of entries that a client wants.
+#[derive(Clone, Copy, Debug)]
+pub struct Kinds<'a>(Option<&'a [String]>);
+
+impl Kinds<'_> {
+    fn contain(&self, kind: &str) -> bool {
+        self.0.is_none_or(|kinds| kinds.iter().any(|own| own == kind))
+    }
+}
+
+impl Subscription {
+    /// What it follows, and the kinds of entries that it wants.
+    pub fn parts(&mut self) -> (Kinds<'_>, &mut [Followed]) {
+        (Kinds(self.kinds.as_deref()), &mut self.followed)
+    }
+}

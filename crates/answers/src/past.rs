@@ -1,0 +1,241 @@
+//! The past of a controller, as it is asked for and answered.
+
+use serde_json::{Value, json};
+use vimc4_catalogue::Controller;
+use vimc4_control::{Report, Sink, What};
+use vimc4_debug::Debugger;
+use vimc4_device::{
+    Device, Input, Names, Output, OwnedInput, SignalKind, Time, escape, show_nanos,
+};
+use vimc4_timeline::{BranchId, History, Moment, Place};
+
+/// The remedy of a line of the debugger that says none itself.
+pub const DEBUGGER_REMEDY: &str = "the line `help` lists all";
+
+/// So far ahead is worked out what would come of something that is done in the past.
+const AHEAD: u64 = 60_000_000_000;
+
+/// And no more than so many causes of it.
+const CAUSES: usize = 200_000;
+
+/// A moment to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Goal {
+    /// Where the controller itself is.
+    Now,
+    /// The end of a branch.
+    End(u64),
+    /// A time, after everything that happened then: on this branch and the ones that it has left, or on
+    /// the way that is looked at.
+    At(Option<u64>, Time),
+    /// When a command began.
+    Command(u64),
+}
+
+/// A place as the API has it.
+#[must_use]
+pub fn moment(Place { branch, moment }: Place) -> Value {
+    json!({ "branch": branch, "at": moment.at })
+}
+
+/// The past, where the controller itself is `live`, and the moment that is looked at.
+#[must_use]
+pub fn history(debugger: &Debugger, live: Place) -> Value {
+    let history = debugger.history();
+    let branches = history.branches().map(|branch| {
+        let first = history.inputs(branch.id, 0).next().filter(|_| branch.parted.is_some());
+        json!({
+            "id": branch.id,
+            "name": branch.name,
+            "why": first.map(|first| in_words(history.device(), debugger.names(), &first.input)),
+            "parted": branch.parted.map(moment),
+            "first": branch.first.at,
+            "end": branch.end.at,
+        })
+    });
+    json!({
+        "first": history.branches().next().map(|branch| branch.first.at),
+        "at": history.now(),
+        "branch": history.heading(),
+        "now": moment(live),
+        "branches": branches.collect::<Vec<_>>(),
+    })
+}
+
+/// What was done, for people.
+#[must_use]
+pub fn in_words(device: &Controller, names: &Names, input: &OwnedInput) -> String {
+    match input.as_input() {
+        Input::Bytes(bytes) => {
+            let line = bytes.trim_ascii();
+            format!("{}  {}", escape(line), device.explain(line)).trim().to_owned()
+        }
+        Input::Signal(id, value) => {
+            let Some(signal) = names.signals().iter().find(|signal| signal.id == id) else {
+                return String::new();
+            };
+            let name = &signal.name;
+            match signal.kind {
+                SignalKind::Button if value == 0 => format!("{name} released"),
+                SignalKind::Button => format!("{name} pressed"),
+                _ => format!("{name} {value}"),
+            }
+        }
+        Input::Power(on) => format!("power {}", if on { "on" } else { "off" }),
+        Input::Fault(_) => "a fault".to_owned(),
+        Input::Rule(_) => "a scenario".to_owned(),
+        Input::Wake => String::new(),
+    }
+}
+
+/// The branch of a number.
+///
+/// # Errors
+///
+/// If there is none.
+pub fn branch_of(debugger: &Debugger, number: u64) -> Result<BranchId, String> {
+    let mut branches = debugger.history().branches();
+    let found = branches.find(|branch| u64::from(branch.id.0) == number);
+    found.map(|branch| branch.id).ok_or_else(|| {
+        let count = debugger.history().branches().count();
+        format!("there is no branch {number}; their numbers are 0 to {}", count - 1)
+    })
+}
+
+/// Looks at the end of a branch, or at a time: after everything that happened then, on this branch or on
+/// the way that is looked at.
+///
+/// # Errors
+///
+/// If there is no such branch, or it does not go so far.
+pub fn look_at(
+    debugger: &mut Debugger,
+    branch: Option<u64>,
+    at: Option<Time>,
+) -> Result<(), String> {
+    let (looked_at, heading) = (debugger.place(), debugger.history().heading());
+    let branch = branch.map_or(Ok(heading), |branch| branch_of(debugger, branch))?;
+    let history = debugger.history_mut();
+    history.go_to_end(branch);
+    let (end, Some(at)) = (history.now(), at) else {
+        history.drain();
+        return Ok(());
+    };
+    if end < at {
+        history.go_to_end(heading);
+        history.go_back_to(looked_at);
+        history.drain();
+        return Err(format!(
+            "this branch ends at {} ns; look at a moment up to then, or at another branch",
+            end.as_nanos()
+        ));
+    }
+    debugger.go_back_to_time(at);
+    debugger.history_mut().drain();
+    Ok(())
+}
+
+/// What really happened stays as it is: something that is done at the end of it, where the controller
+/// itself has left it, begins a branch.
+pub fn part_from_what_happened(debugger: &mut Debugger, live: Place) {
+    let looked_at = debugger.place();
+    let history = debugger.history_mut();
+    let is_behind = looked_at.branch != live.branch
+        && way(history, live).iter().any(|on| on.branch == looked_at.branch);
+    if is_behind && history.is_at_end() {
+        let state = history.device().state();
+        history.fork(format!("from {}", show_nanos(looked_at.moment.at.as_nanos())), state);
+    }
+}
+
+/// What is known of what comes after the present, worked out.
+pub fn look_ahead(history: &mut History<Controller>, is_given_up: impl Fn() -> bool) {
+    let heading = history.heading();
+    history.at_end(heading, |history| {
+        let end = history.now().after_nanos(AHEAD);
+        for _ in 0..CAUSES {
+            if is_given_up() || !history.find_next(end, |_, _, _| true) {
+                break;
+            }
+        }
+    });
+}
+
+/// Reports what happened on a branch, or on the one that is looked at, and how many reports before those
+/// lead up to it.
+///
+/// # Errors
+///
+/// If there is no such branch.
+pub fn happened(
+    debugger: &mut Debugger,
+    branch: Option<u64>,
+    sink: &mut dyn Sink,
+) -> Result<u64, String> {
+    let heading = debugger.history().heading();
+    let branch = branch.map_or(Ok(heading), |branch| branch_of(debugger, branch))?;
+    let history = debugger.history_mut();
+    let Some(found) = history.branches().find(|own| own.id == branch) else { return Ok(0) };
+    let (first, end) = (found.first, Place { branch, moment: found.end });
+    let place = history.present();
+    history.go_to(Place { branch, moment: first });
+    // A motion that was under way is told from its beginning.
+    if history.device().running().is_some() {
+        history.find_last(|device, _, _| device.running().is_none());
+    }
+    let (mut told, mut before) = (0, 0);
+    while !has_come_to(history.present(), end)
+        && history.find_next(end.moment.at, |device, _, outputs| {
+            for output in outputs {
+                if let Some(report) = report(output) {
+                    sink.report(&report, &|line| device.explain(line));
+                    told += 1;
+                }
+            }
+            true
+        })
+    {
+        if history.present().branch != branch {
+            before = told;
+        }
+    }
+    history.go_to_end(heading);
+    history.go_back_to(place);
+    history.drain();
+    Ok(before)
+}
+
+/// Whether all of a branch has happened up to a place.
+#[must_use]
+pub fn has_come_to(present: Place, end: Place) -> bool {
+    let counts = |moment: Moment| (moment.inputs, moment.bytes, moment.causes);
+    present.branch == end.branch && counts(present.moment) >= counts(end.moment)
+}
+
+/// What came out of a controller, as whoever watches it is told of it.
+#[must_use]
+pub fn report(output: &Output) -> Option<Report> {
+    let Output::Event(stamp, event) = output else { return None };
+    let what = What::Event { command: stamp.command, event: event.clone() };
+    Some(Report { controller: "".into(), at: stamp.at, what })
+}
+
+/// The moments on the way to a place, the latest first: one of each branch.
+#[must_use]
+pub fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
+    let branches: Vec<_> = history.branches().collect();
+    let mut way = vec![place];
+    while let Some(last) = way.last()
+        && let Some(branch) = branches.iter().find(|branch| branch.id == last.branch)
+        && let Some(parted) = branch.parted
+    {
+        way.push(parted);
+    }
+    way
+}
+
+/// Whether a place is on the way to another.
+#[must_use]
+pub fn is_on_way<D: Device>(history: &History<D>, place: Place, to: Place) -> bool {
+    way(history, to).iter().any(|on| on.branch == place.branch && place.moment <= on.moment)
+}

@@ -1,0 +1,166 @@
+//! What can go wrong, as problem documents.
+
+use std::fmt::Display;
+
+use serde_json::json;
+use vimc4_control::{ClockError, ControlError};
+use vimc4_device::{ConditionError, FaultError, MemoryError, OrderError, RuleError};
+use vimc4_journal::expect::Mistake;
+
+/// A kind of problem, which a program can tell from others by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// There is nothing of that name.
+    NoSuchThing,
+    /// The address takes another method.
+    WrongMethod,
+    /// A field is missing, unknown or of the wrong type.
+    WrongRequest,
+    /// The body is no JSON.
+    WrongType,
+    /// The body is too large.
+    TooLarge,
+    /// Words, a name or a value mean nothing.
+    NotUnderstood,
+    /// It cannot be done, or not now.
+    NotNow,
+    /// What was expected is not met.
+    Unmet,
+    /// A limit is reached.
+    TooMany,
+    /// There is no right token.
+    NoToken,
+    /// A page of elsewhere asks.
+    Foreign,
+    /// The controller has ended.
+    Ended,
+}
+
+/// Every kind, with its name, its status and what it means.
+pub const KINDS: [(Kind, &str, u16, &str); 12] = [
+    (Kind::NoSuchThing, "no-such-thing", 404, "There is nothing at this address"),
+    (Kind::WrongMethod, "wrong-method", 405, "This address takes another method"),
+    (
+        Kind::WrongRequest,
+        "wrong-request",
+        400,
+        "A field of the request is missing, unknown or of the wrong type",
+    ),
+    (Kind::WrongType, "wrong-type", 415, "The body is not said to be JSON"),
+    (Kind::TooLarge, "too-large", 413, "The body is too large"),
+    (
+        Kind::NotUnderstood,
+        "not-understood",
+        422,
+        "The words, the name or the value mean nothing to this controller",
+    ),
+    (Kind::NotNow, "not-now", 409, "This controller cannot do that, or not now"),
+    (Kind::Unmet, "unmet", 409, "What was expected is not met"),
+    (Kind::TooMany, "too-many", 429, "A limit is reached"),
+    (Kind::NoToken, "no-token", 401, "The token is missing or wrong"),
+    (Kind::Foreign, "foreign", 403, "The request comes from a page of elsewhere"),
+    (Kind::Ended, "ended", 503, "The controller has ended"),
+];
+
+/// What went wrong with a request: a problem document of RFC 9457, with the remedy.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// What kind of problem it is.
+    pub kind: Kind,
+    detail: String,
+    remedy: String,
+    /// What else programs want to know of it.
+    more: Option<(&'static str, serde_json::Value)>,
+}
+
+impl Problem {
+    /// What was wrong, and what would be right.
+    #[must_use]
+    pub fn new(kind: Kind, detail: impl Display, remedy: impl Display) -> Problem {
+        Problem { kind, detail: detail.to_string(), remedy: remedy.to_string(), more: None }
+    }
+
+    /// With a field for programs.
+    #[must_use]
+    pub fn with(self, field: &'static str, value: serde_json::Value) -> Problem {
+        Problem { more: Some((field, value)), ..self }
+    }
+
+    /// The errors of the library have the form `what is wrong; what would be right`.
+    #[must_use]
+    pub fn of(kind: Kind, error: &impl Display) -> Problem {
+        let text = error.to_string();
+        let (detail, remedy) = text.split_once("; ").unwrap_or((&text, ""));
+        Problem::new(kind, detail, remedy)
+    }
+
+    /// With this remedy, if it has none of its own. What is not met was asked for in the right way.
+    #[must_use]
+    pub fn or_remedy(mut self, remedy: impl FnOnce() -> String) -> Problem {
+        if self.remedy.is_empty() && self.kind != Kind::Unmet {
+            self.remedy = remedy();
+        }
+        self
+    }
+
+    fn row(&self) -> (&'static str, u16, &'static str) {
+        let row = KINDS.iter().find(|row| row.0 == self.kind).unwrap_or(&KINDS[0]);
+        (row.1, row.2, row.3)
+    }
+
+    /// The status that HTTP has for it.
+    #[must_use]
+    pub fn status(&self) -> u16 {
+        self.row().1
+    }
+
+    /// The document.
+    #[must_use]
+    pub fn document(&self) -> serde_json::Value {
+        let (name, status, title) = self.row();
+        let mut document = json!({
+            "type": format!("/v1/docs#{name}"),
+            "title": title,
+            "status": status,
+            "detail": self.detail,
+        });
+        if !self.remedy.is_empty() {
+            document["remedy"] = self.remedy.clone().into();
+        }
+        if let Some((field, value)) = &self.more {
+            document[field] = value.clone();
+        }
+        document
+    }
+}
+
+impl From<ControlError> for Problem {
+    fn from(error: ControlError) -> Problem {
+        let kind = match &error {
+            ControlError::Ended => Kind::Ended,
+            ControlError::Deed(_) => Kind::NotUnderstood,
+            _ => Kind::NotNow,
+        };
+        Problem::of(kind, &error)
+    }
+}
+
+macro_rules! not_understood {
+    ($($error:ty),+) => {
+        $(impl From<$error> for Problem {
+            fn from(error: $error) -> Problem {
+                Problem::of(Kind::NotUnderstood, &error)
+            }
+        })+
+    };
+}
+
+not_understood!(
+    OrderError,
+    ConditionError,
+    FaultError,
+    RuleError,
+    Mistake,
+    MemoryError,
+    ClockError
+);

@@ -1,0 +1,162 @@
+//! A controller that remembers all that was done to it.
+
+use std::collections::VecDeque;
+
+use vimc4_catalogue::{Controller, Details, State};
+use vimc4_debug::Debugger;
+use vimc4_device::{
+    Activity, Device, Fact, Fault, Input, Kinds, Output, Point, Running, Signal, SignalId, Time,
+    View,
+};
+
+/// A controller with its history and a debugger on it, as a device: whatever is done to it is kept.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub(crate) debugger: Debugger,
+    out: VecDeque<Output>,
+    wanted: Kinds,
+}
+
+impl Kept {
+    pub(crate) fn new(controller: Controller) -> Kept {
+        let debugger = Debugger::new(controller);
+        Kept { debugger, out: VecDeque::new(), wanted: Kinds::ALL }
+    }
+
+    pub(crate) fn controller(&self) -> &Controller {
+        self.debugger.device()
+    }
+
+    /// What has come out meanwhile.
+    fn collect(&mut self) {
+        let outputs = self.debugger.history_mut().drain();
+        let wanted = self.wanted;
+        self.out.extend(outputs.filter(|output| match output {
+            Output::Event(_, event) => wanted.contain(event.kind()),
+            _ => true,
+        }));
+    }
+
+    /// Does the next thing that is due by then.
+    fn act(&mut self, at: Time) -> bool {
+        let has_acted = self.debugger.history_mut().find_next(at, |_, _, _| true);
+        self.collect();
+        has_acted
+    }
+}
+
+impl Device for Kept {
+    type State = State;
+    type Details = Details;
+
+    fn perform(&mut self, at: Time) -> bool {
+        self.act(at)
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        let history = self.debugger.history_mut();
+        history.wait_until(at);
+        history.give(input);
+        if matches!(input, Input::Wake | Input::Bytes([])) {
+            return self.collect();
+        }
+        let given = history.present().moment.inputs + 1;
+        let at = at.max(history.now());
+        while self.debugger.place().moment.inputs < given && self.act(at) {}
+    }
+
+    fn poll_output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+
+    /// The history watches everything; what is not wanted goes no further.
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        std::mem::replace(&mut self.wanted, kinds)
+    }
+
+    fn state(&self) -> State {
+        self.controller().state()
+    }
+
+    /// The past stays: from here on there is another branch.
+    fn restore(&mut self, state: State) {
+        self.out.clear();
+        self.debugger.history_mut().fork("put back", state);
+    }
+
+    fn now(&self) -> Time {
+        self.debugger.now()
+    }
+
+    fn wake(&self) -> Option<Time> {
+        self.debugger.history().next_act()
+    }
+
+    fn view(&self, at: Time) -> View<Details> {
+        self.controller().view(at)
+    }
+
+    fn activity(&self) -> Activity {
+        self.controller().activity()
+    }
+
+    fn details(&self) -> Details {
+        self.controller().details()
+    }
+
+    fn position(&self, at: Time) -> Point {
+        self.controller().position(at)
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        self.controller().reach()
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        self.controller().running()
+    }
+
+    fn signals(&self) -> Vec<Signal> {
+        self.controller().signals()
+    }
+
+    fn baud(&self) -> u32 {
+        self.controller().baud()
+    }
+
+    fn room(&self, handshake: bool) -> usize {
+        self.controller().room(handshake)
+    }
+
+    fn flash_image(&self) -> Vec<u8> {
+        self.controller().flash_image()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        self.controller().explain(command)
+    }
+
+    fn is_urgent(&self, byte: u8) -> bool {
+        self.controller().is_urgent(byte)
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        self.controller().why_without_effect(signal, value)
+    }
+
+    fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        self.controller().why_in_vain(fault)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.controller().is_idle()
+    }
+
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.controller().first_time(fact, from)
+    }
+
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        self.controller().comes_round(from)
+    }
+}

@@ -1,0 +1,118 @@
+//! What a page asks its desk, natively: the same code answers as WebAssembly.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot read an answer has failed")]
+
+use serde_json::{Value, json};
+use vimc4_answers::table::ROUTES;
+use vimc4_page::Desk;
+
+fn asked(desk: &mut Desk, method: &str, path: &str, body: &Value) -> (u16, Value) {
+    let body = if body.is_null() { String::new() } else { body.to_string() };
+    let reply = desk.ask(method, path, &body, 0.0);
+    let answer = match reply.is_json {
+        true => serde_json::from_str(&reply.body).unwrap(),
+        false => Value::String(reply.body),
+    };
+    (reply.status, answer)
+}
+
+#[test]
+fn every_route_of_the_api_is_answered() {
+    let mut desk = Desk::new();
+    for route in ROUTES {
+        let path = route.path.replace("{n}", "1").replace("{name}", "start");
+        let path = path.replace("{id}", "1").replace("{number}", "1").replace("{scenario}", "1");
+        let fields = route.body.iter().map(|field| (field.name.to_owned(), field.example()));
+        let body = if route.body.is_empty() { Value::Null } else { fields.collect() };
+        let (status, answer) = asked(&mut desk, route.method, &path, &body);
+        let is_said = status == 200 || answer["detail"].is_string();
+        assert!(is_said, "{} {path} {body}: {status} {answer}", route.method);
+        assert_ne!(status, 405, "{} {path}", route.method);
+    }
+}
+
+#[test]
+fn time_passes_where_it_is_heard_and_nowhere_else() {
+    let mut desk = Desk::new();
+    let one = "/v1/controllers/1";
+    let now = |desk: &mut Desk| {
+        asked(desk, "GET", &format!("{one}/clock"), &Value::Null).1["now"].clone()
+    };
+    assert_eq!(now(&mut desk), 0);
+    // Whatever the page has done before: this is the beginning.
+    desk.hear(123_456.0);
+    assert_eq!(now(&mut desk), 0);
+    desk.hear(124_456.5);
+    assert_eq!(now(&mut desk), 1_000_500_000);
+    asked(&mut desk, "PUT", &format!("{one}/clock"), &json!({ "clock": "8x" }));
+    desk.hear(124_557.0);
+    assert_eq!(now(&mut desk), 1_804_500_000_u64);
+}
+
+#[test]
+fn the_debugger_steps_the_controller_along_and_looks_back_without_it() {
+    let mut desk = Desk::new();
+    let one = "/v1/controllers/1";
+    let mut ask = |method: &str, path: &str, body: Value| {
+        let (status, answer) = asked(&mut desk, method, &format!("{one}/{path}"), &body);
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    };
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "debugger", json!({ "line": "send @01" }));
+    ask("POST", "debugger", json!({ "line": "send @0A5000,900" }));
+    ask("POST", "debugger", json!({ "line": "step command" }));
+    ask("POST", "debugger", json!({ "line": "step command" }));
+    ask("POST", "debugger", json!({ "line": "next x = 2500" }));
+    // The controller itself came along, and what happened on the way was told.
+    assert_eq!(ask("GET", "position", Value::Null)["axes"]["X"], 2_500);
+    let entries = ask("GET", "journal?kinds=command", Value::Null);
+    assert_eq!(entries["entries"].as_array().map(Vec::len), Some(2));
+    ask("POST", "debugger", json!({ "line": "back 10 steps" }));
+    assert_eq!(ask("GET", "debugger/view", Value::Null)["axes"][0]["position"], 2_490);
+    assert_eq!(ask("GET", "position", Value::Null)["axes"]["X"], 2_500);
+    // Something else in the past, and the controller stays where it is until it is taken there.
+    let there = ask("POST", "history/do", json!({ "order": "press stop" }));
+    assert_eq!(there["branches"].as_array().map(Vec::len), Some(2));
+    let entries = ask("GET", "history/entries?branch=1", Value::Null);
+    let texts: Vec<&str> = entries["entries"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|it| it["text"].as_str())
+        .collect();
+    assert!(texts.iter().any(|text| text.starts_with('F')), "{texts:?}");
+    assert_eq!(ask("GET", "history", Value::Null)["now"]["branch"], 0);
+    ask("POST", "history/take", Value::Null);
+    ask("DELETE", "debugger", Value::Null);
+    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    let halted = ask("GET", "position", Value::Null)["axes"]["X"].as_i64().unwrap();
+    assert!((2_490..5_000).contains(&halted), "{halted}");
+}
+
+#[test]
+fn a_recording_of_a_session_with_steps_is_played_again() {
+    let mut desk = Desk::new();
+    let one = "/v1/controllers/1";
+    let mut ask = |method: &str, path: &str, body: Value| {
+        let (status, answer) = asked(&mut desk, method, &format!("{one}/{path}"), &body);
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    };
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "recording", Value::Null);
+    ask("POST", "breakpoints", json!({ "condition": "x > 100" }));
+    ask("POST", "line", json!({ "send": "@01\r@0A1000,900\r" }));
+    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    ask("POST", "orders", json!({ "order": "press stop" }));
+    ask("POST", "clock/step", Value::Null);
+    ask("POST", "clock/resume", Value::Null);
+    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    let view = ask("GET", "view", Value::Null);
+    let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
+    let mut other = Desk::new();
+    let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text }));
+    assert_eq!(status, 200, "{answer}");
+    let again = asked(&mut other, "GET", &format!("{one}/view"), &Value::Null).1;
+    assert_eq!(again, view);
+}

@@ -1,0 +1,156 @@
+// The controllers as WebAssembly, in Node.js: they send what the native ones send, at the same times, and
+// nothing that they are asked makes them fall over.
+import assert from "node:assert/strict";
+import { createReadStream, existsSync } from "node:fs";
+import { readFile } from "node:fs/promises";
+import { createInterface } from "node:readline";
+import { test } from "node:test";
+import { build } from "esbuild";
+
+const root = new URL("../../", import.meta.url);
+const target = process.env.CARGO_TARGET_DIR ?? new URL("target", root).pathname;
+const path = process.env.VIMC4_PAGE ?? `${target}/page/vimc4_page.wasm`;
+const { outputFiles } = await build({
+  absWorkingDir: new URL("../", import.meta.url).pathname,
+  entryPoints: ["src/desk.ts"], bundle: true, format: "esm", write: false,
+});
+const { Desk } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+assert.ok(existsSync(path), `${path} is not there: cargo xtask page`);
+const module = await readFile(path);
+const open = () => Desk.load(module);
+
+test("the module imports nothing", async () => {
+  assert.deepEqual(WebAssembly.Module.imports(await WebAssembly.compile(module)), []);
+});
+
+test("a line is answered, a motion ends, and the past is there", async () => {
+  const desk = await open();
+  const one = "/controllers/1";
+  const is = (answer, status = 200) => (assert.equal(answer.status, status, JSON.stringify(answer.body)), answer.body);
+  is(desk.ask("PUT", "/controllers", { model: "imc-s8", machine: "mill" }));
+  assert.deepEqual(desk.hear(1_000).filter(({ type }) => type === "sent"), []);
+  is(desk.ask("POST", `${one}/line`, { send: "@01\r@0A5000,900\r" }));
+  // Time passes only where it is heard: half a second of it is no more than that.
+  const half = desk.hear(1_500);
+  const [first] = half.filter(({ type }) => type === "sent");
+  assert.deepEqual([first.at, first.send], [0, "0"]);
+  assert.equal(is(desk.ask("GET", `${one}/clock`)).now, 500_000_000);
+  const moving = half.filter(({ type }) => type === "position").at(-1);
+  assert.equal(moving.moving, true);
+  const end = desk.hear(60_000);
+  assert.equal(end.filter(({ type }) => type === "sent").at(-1).send, "0");
+  assert.equal(is(desk.ask("GET", `${one}/position`)).axes.X, 5_000);
+  const kinds = new Set(end.filter(({ type }) => type === "events").flatMap(({ entries }) => entries.map(({ kind }) => kind)));
+  assert.ok(kinds.has("answer") && kinds.has("motion"), [...kinds].join());
+  // Back into the middle of the motion, where STOP begins a branch, and forward again.
+  const past = is(desk.ask("POST", `${one}/history/go`, { at: 500_000_000 }));
+  const there = past.view.axes[0].position;
+  assert.ok(there > 0 && there < 5_000, String(there));
+  const branch = is(desk.ask("POST", `${one}/history/do`, { order: "press stop" }));
+  assert.equal(branch.branches.length, 2);
+  assert.equal(is(desk.ask("GET", `${one}/position`)).axes.X, 5_000, "the controller itself stays where it is");
+  is(desk.ask("POST", `${one}/history/take`));
+  is(desk.ask("DELETE", `${one}/debugger`));
+  desk.hear(120_000);
+  const stopped = is(desk.ask("GET", `${one}/position`)).axes.X;
+  assert.ok(stopped >= there && stopped < 5_000, String(stopped));
+});
+
+test("breakpoints, steps, faults and snapshots", async () => {
+  const desk = await open();
+  const one = "/v1/controllers/1";
+  const is = ({ status, body }) => (assert.equal(status, 200, JSON.stringify(body)), body);
+  is(desk.ask("PUT", "/controllers", { model: "imc4", clock: "manual" }));
+  is(desk.ask("POST", `${one}/breakpoints`, { condition: "x > 400" }));
+  is(desk.ask("POST", `${one}/line`, { send: "@01\r@0A1000,900\r" }));
+  const stop = is(desk.ask("POST", `${one}/clock/run-until`, { condition: "idle" }));
+  assert.deepEqual(stop.paused.breakpoints, [1]);
+  assert.equal(is(desk.ask("GET", `${one}/position`)).axes.X, 401);
+  assert.equal(is(desk.ask("POST", `${one}/clock/step`)).step, "cause");
+  is(desk.ask("POST", `${one}/clock/resume`));
+  is(desk.ask("POST", `${one}/clock/run-until`, { condition: "idle" }));
+  const { id } = is(desk.ask("POST", `${one}/snapshots`, { name: "before" }));
+  is(desk.ask("POST", `${one}/faults`, { fault: "drop to-host once" }));
+  desk.hear(0);
+  is(desk.ask("POST", `${one}/line`, { send: "@0P\r" }));
+  assert.equal(desk.hear(0).find(({ type }) => type === "sent").send.length, 18, "of 19 one is lost");
+  is(desk.ask("POST", `${one}/line`, { send: "@0A1000,900\r" }));
+  is(desk.ask("POST", `${one}/clock/run-until`, { condition: "idle" }));
+  is(desk.ask("POST", `${one}/snapshots/${id}/restore`));
+  assert.equal(is(desk.ask("GET", `${one}/position`)).axes.X, 1_000);
+});
+
+test("a recording of its own is opened with the same bytes at the same times", async () => {
+  const desk = await open();
+  const is = ({ status, body }) => (assert.equal(status, 200, JSON.stringify(body)), body);
+  is(desk.ask("PUT", "/controllers", { model: "smcu", machine: "board-plotter" }));
+  desk.hear(0);
+  is(desk.ask("POST", "/controllers/1/recording"));
+  const all = [];
+  for (const [at, send] of [[10, "IN;"], [400, "PA100,100;"], [900, "PD;PA500,500;PU;"]]) {
+    all.push(...desk.hear(at));
+    is(desk.ask("POST", "/controllers/1/line", { send }));
+  }
+  all.push(...desk.hear(20_000));
+  const sent = (messages) => messages.filter(({ type }) => type === "sent").map(({ at, send }) => [at, send]);
+  const text = is(desk.ask("GET", "/controllers/1/recording"));
+  const other = await open();
+  is(other.ask("PUT", "/recording", { text }));
+  assert.deepEqual(sent(other.hear(0)), sent(all));
+  assert.equal(is(other.ask("GET", "/controllers/1/clock")).now, 20_000_000_000);
+});
+
+test("every session sends what it sends natively", async (context) => {
+  const sessions = `${target}/tmp/page-sessions.jsonl`;
+  assert.ok(existsSync(sessions), `${sessions} is not there: cargo test -p vimc4-page`);
+  const desk = await open();
+  let played = 0;
+  for await (const line of createInterface({ input: createReadStream(sessions) })) {
+    const { name, recording, sent } = JSON.parse(line);
+    const { status, body } = desk.ask("PUT", "/recording", { text: recording });
+    assert.equal(status, 200, `${name}: ${JSON.stringify(body)}`);
+    const own = desk.hear(0).filter(({ type }) => type === "sent").map(({ at, send }) => [at, send]);
+    assert.deepEqual(own, sent, name);
+    played += 1;
+  }
+  assert.ok(played > 500, `only ${played}`);
+  context.diagnostic(`${played} played`);
+});
+
+test("whatever it is asked, it answers", async () => {
+  const desk = await open();
+  // Always the same numbers.
+  let seed = 1;
+  const random = (below) => (seed = (seed * 1_103_515_245 + 12_345) % 2_147_483_648) % below;
+  const one = (list) => list[random(list.length)];
+  const methods = ["GET", "PUT", "POST", "DELETE", "PATCH", ""];
+  const parts = [
+    "view", "signals", "signals/cover", "signals/start", "orders", "completions?line=pr", "line", "flash", "recording",
+    "clock", "clock/advance", "clock/run-until", "clock/pause", "clock/resume", "clock/step", "clock/cancel",
+    "breakpoints", "breakpoints/1", "debugger", "debugger/view", "history", "history/go", "history/do", "history/take",
+    "history/entries", "journal?after=x", "journal?kinds=answer&limit=3", "snapshots", "snapshots/1/restore", "faults",
+    "faults/1", "rules", "reset", "position", "meaning?line=@0P", "nothing", "%ff", "../..", "expectations",
+  ];
+  const words = [
+    "@07\r", "@0A1000,900\r", "@0P\r", "@0R7\r", "IN;", "PA1,1;", "press stop", "power off", "power on", "idle", "x > 1", "1s", "8x",
+    "instant", "manual", "real", "back command", "step 3 causes", "goto start", "why", "take", "drop to-host once", "\u0000", "🙂", "",
+    "when x > 10: press stop", "continue", "reverse", "print state", "quit", "\r".repeat(50), "@0A-999999999999,1\r",
+  ];
+  const fields = ["send", "order", "value", "clock", "span", "condition", "line", "at", "branch", "command", "fault", "rules", "name", "image", "x"];
+  const values = [() => one(words), () => random(5_000), () => -1, () => 1e300, () => null, () => ({}), () => [1], () => true];
+  const count = Number(process.env.ASKS ?? 100_000);
+  for (let i = 0; i < count; i++) {
+    const body = random(4) === 0 ? undefined : { [one(fields)]: values[random(random(3) ? 2 : values.length)]() };
+    const address = `/controllers/${one(["1", "1", "1", "1", "2", "0", "x", ""])}/${one(parts)}`;
+    const { status, body: answer } = desk.ask(one(methods), address, body);
+    assert.ok([200, 400, 404, 405, 409, 413, 422, 429].includes(status), `${status} ${JSON.stringify(answer)}`);
+    if (status !== 200) assert.ok(answer.detail && answer.title, JSON.stringify(answer));
+    if (i % 500 === 0) desk.hear(i);
+    if (i % 2_000 === 0) desk.ask("PUT", "/controllers", { model: one(["imc4", "imc-s8", "smcu", "c142", "motionsystem"]), machine: "bench" });
+  }
+  assert.equal(desk.ask("POST", "/controllers/1/line", { send: "x".repeat(70_000) }).status, 413);
+  assert.equal(desk.ask("PUT", "/recording", { text: "{".repeat(1_000_000) }).status, 422);
+  assert.equal(desk.ask("PUT", "/controllers", { model: "no" }).status, 404);
+  assert.equal(desk.ask("PUT", "/controllers", []).status, 400);
+  assert.equal(desk.ask("GET", "/controllers").status, 200);
+});
