@@ -11,7 +11,7 @@ use vimc4_device::{Event, Kinds};
 
 use crate::endings;
 use crate::failure::Failure;
-use crate::identity::Identity;
+use crate::identity::none_twice;
 use crate::output;
 
 #[derive(clap::Args)]
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         PathBuf::from(source)
     });
     let outputs = [&arguments.html, &arguments.lcov, &source].into_iter().flatten();
-    none_twice(&arguments.files, outputs)?;
+    none_twice(arguments.files.iter().map(PathBuf::as_path), outputs.map(PathBuf::as_path))?;
     if let Some(path) = &arguments.html {
         write(path, &coverage.html())?;
     }
@@ -80,26 +80,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return output::print(&Coverage::table(&coverage));
     }
     output::print(&coverage.missing().iter().map(|line| format!("{line}\n")).collect::<String>())
-}
-
-/// Refuses to write over what was read, or over what is written as well.
-fn none_twice<'a>(
-    inputs: &[PathBuf],
-    outputs: impl Iterator<Item = &'a PathBuf>,
-) -> Result<(), Failure> {
-    let mut named: Vec<Identity> = inputs.iter().map(|path| Identity::of(path)).collect();
-    for path in outputs {
-        let identity = Identity::of(path);
-        if named.contains(&identity) {
-            return Err(Failure::usage(format!(
-                "{} is named twice, and would be overwritten; write into a file of another name, \
-                 and beside OUT of --lcov leave OUT.txt free",
-                path.display()
-            )));
-        }
-        named.push(identity);
-    }
-    Ok(())
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

@@ -27,6 +27,12 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
+    /// The files that are named.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &path::Path> {
+        let exported = self.formats.iter().skip(1).step_by(2).map(path::Path::new);
+        self.pictured.files().chain(exported)
+    }
+
     /// Begins what is wanted. Files are created now, so that what cannot be written is known before
     /// anything is done.
     pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {
@@ -101,6 +107,11 @@ enum Format {
 }
 
 impl Pictured {
+    /// The file that is named.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &path::Path> {
+        self.plot.iter().map(PathBuf::as_path)
+    }
+
     /// Begins a picture, if one is wanted. Its file is created now, so that what cannot be written is
     /// known before anything is done.
     pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {

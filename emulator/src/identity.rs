@@ -3,6 +3,29 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::failure::Failure;
+use crate::text;
+
+/// Refuses to write over what is read, or over what is written as well. Devices take both.
+pub(crate) fn none_twice<'a>(
+    inputs: impl IntoIterator<Item = &'a Path>,
+    outputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Failure> {
+    let mut named: Vec<Identity> = inputs.into_iter().map(Identity::of).collect();
+    let is_file = |path: &&Path| fs::metadata(path).map_or(true, |found| found.is_file());
+    for path in outputs.into_iter().filter(is_file) {
+        let identity = Identity::of(path);
+        if named.contains(&identity) {
+            return Err(Failure::usage(format!(
+                "{} is named twice, and would be overwritten; write into a file of another name",
+                text::name(path)
+            )));
+        }
+        named.push(identity);
+    }
+    Ok(())
+}
+
 /// Which file a path leads to, however it is written.
 #[derive(PartialEq, Eq)]
 pub(crate) enum Identity {

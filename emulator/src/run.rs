@@ -33,6 +33,7 @@ use vimc4_script::{Kind, Script, is_job, takes_jobs};
 use world::Outside;
 
 pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
+    arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
     if history::is_recording(&arguments.file, &bytes) {
         let name = text::name(&arguments.file);
@@ -63,7 +64,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let covering = arguments.world.covering(&model)?;
     let frame = drawing::frame(&arguments.file, &model, &machine);
     let drawing = arguments.world.shown.begin(frame)?;
-    let sheets = arguments.world.drawn.open(&[&arguments.file], None)?;
+    let sheets = arguments.world.drawn.open(None)?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let driver = driver.recording(tape).covering(covering).drawing(drawing);
     let driver = driver.waving(sheets, &model)?;

@@ -25,6 +25,7 @@ use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::here::here;
+use crate::identity::none_twice;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
@@ -219,6 +220,9 @@ struct ControllerPlaces<'a> {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let Arguments { record, coverage, flash, log, scenario, drawn, .. } = &arguments;
+    let outputs = [record, coverage, flash, log].into_iter().flatten().map(PathBuf::as_path);
+    none_twice(scenario.as_deref(), outputs.chain(drawn.files()))?;
     let log = open_log(&arguments)?;
     if arguments.dap.is_some() && arguments.time == Clock::Manual {
         return Err(Failure::usage(
@@ -431,7 +435,7 @@ pub(crate) async fn start(
                 builder = builder.record_size(size);
             }
         }
-        if let Some(sheets) = arguments.drawn.open(&[], several)? {
+        if let Some(sheets) = arguments.drawn.open(several)? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
             let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets)?;

@@ -16,7 +16,6 @@ use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, l
 
 use crate::endings;
 use crate::failure::Failure;
-use crate::identity::Identity;
 use crate::output::create;
 use crate::places::numbered;
 
@@ -63,33 +62,23 @@ struct Half {
 }
 
 impl Drawn {
+    /// The files that are named.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let Drawn { vcd, fst, csv, perfetto } = self;
+        [vcd, fst, csv, perfetto].into_iter().flatten().map(PathBuf::as_path)
+    }
+
     /// Opens the files that are asked for; those of the second of several controllers are called
     /// `out-2.vcd`.
     ///
     /// # Errors
     ///
-    /// If one cannot be written, or would replace one of the `inputs`.
-    pub(crate) fn open(
-        &self,
-        inputs: &[&Path],
-        number: Option<u16>,
-    ) -> Result<Option<Sheets>, Failure> {
+    /// If one cannot be written.
+    pub(crate) fn open(&self, number: Option<u16>) -> Result<Option<Sheets>, Failure> {
         let named = |path: &Option<PathBuf>| path.as_deref().map(|path| numbered(path, number));
         let [vcd, fst, csv, perfetto] =
             [&self.vcd, &self.fst, &self.csv, &self.perfetto].map(named);
-        let mut taken: Vec<Identity> = inputs.iter().map(|path| Identity::of(path)).collect();
-        let all = || [&vcd, &fst, &csv, &perfetto].into_iter().flatten();
-        for path in all() {
-            let identity = Identity::of(path);
-            if taken.contains(&identity) {
-                return Err(Failure::usage(format!(
-                    "{} is named twice, and would be overwritten; draw into a file of another name",
-                    path.display()
-                )));
-            }
-            taken.push(identity);
-        }
-        if all().next().is_none() {
+        if self.files().next().is_none() {
             return Ok(None);
         }
         let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();

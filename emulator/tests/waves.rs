@@ -208,6 +208,11 @@ fn a_file_that_somebody_has_is_left() {
     for (outputs, named) in [
         (&["--csv", "examples/commands.txt"][..], "examples/commands.txt"),
         (&["--vcd", "one", "--fst", "./one"], "./one"),
+        (&["--as", "gcode", "examples/commands.txt"], "examples/commands.txt"),
+        (&["--trace", "./examples/commands.txt"], "./examples/commands.txt"),
+        (&["--record", "one", "--vcd", "one"], "one"),
+        (&["--plot", "one.svg", "--as", "gcode", "one.svg"], "one.svg"),
+        (&["--as", "gcode", "one", "--as", "dxf", "one"], "one"),
     ] {
         let (code, _, errors) = run(folder.path(), &[&commands[..], outputs].concat());
         assert_eq!(code, 2);

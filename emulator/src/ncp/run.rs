@@ -84,6 +84,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    arguments.world.none_twice(&arguments.job.file)?;
     carry_out(arguments, &arguments.job.text()?)
 }
 
@@ -117,7 +118,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
             .recording(arguments.world.tape(&site.model, &site.machine)?)
             .covering(arguments.world.covering(&site.model)?)
             .drawing(arguments.world.shown.begin(frame)?)
-            .waving(arguments.world.drawn.open(&[&job.file], None)?, &site.model)?,
+            .waving(arguments.world.drawn.open(None)?, &site.model)?,
         Handling::of(&site.model),
         arguments.json,
     );

@@ -14,6 +14,7 @@ use super::file;
 use super::waveform;
 use crate::drawing::{self, Drawing, Pictured};
 use crate::failure::Failure;
+use crate::identity::none_twice;
 use crate::output;
 use crate::text;
 use crate::values::duration;
@@ -64,6 +65,10 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let outputs = arguments.drawn.files().chain(arguments.pictured.files());
+    #[cfg(feature = "api")]
+    let outputs = outputs.chain(arguments.html.as_deref());
+    none_twice([arguments.file.as_path()], outputs)?;
     #[cfg(feature = "api")]
     if let Some(out) = &arguments.html {
         super::page::write(&arguments.file, out)?;
@@ -76,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
         _ => Tolerance::Exact,
     };
-    if let Some(sheets) = arguments.drawn.open(&[&arguments.file], None)? {
+    if let Some(sheets) = arguments.drawn.open(None)? {
         waveform::draw(&recording, &other, sheets)?;
     }
     let unplayable = |error| file::unplayable(&arguments.file, &recording, error);

@@ -1,6 +1,7 @@
 //! What happens around a run in virtual time.
 
-use std::path::PathBuf;
+use std::iter;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use vimc4_catalogue::{Machine, Model};
@@ -12,6 +13,7 @@ use crate::completions;
 use crate::coverage::Covering;
 use crate::drawing::Shown;
 use crate::failure::Failure;
+use crate::identity::none_twice;
 use crate::values::duration;
 use crate::waves::Drawn;
 
@@ -79,6 +81,13 @@ pub(crate) struct Scheduled {
 }
 
 impl World {
+    /// Refuses files that would replace each other, or what is run.
+    pub(crate) fn none_twice(&self, run: &Path) -> Result<(), Failure> {
+        let own = [&self.trace, &self.record, &self.coverage].into_iter().flatten();
+        let outputs = own.map(PathBuf::as_path).chain(self.shown.files()).chain(self.drawn.files());
+        none_twice(iter::once(run).chain(self.scenario.as_deref()), outputs)
+    }
+
     /// The recording, if there is to be one.
     pub(crate) fn tape(&self, model: &Model, machine: &Machine) -> Result<Option<Tape>, Failure> {
         self.record.as_deref().map(|path| Tape::new(path, model, machine)).transpose()
