@@ -43,7 +43,10 @@ impl Device for Taped {
     type Details = Details;
 
     fn perform(&mut self, at: Time) -> bool {
-        self.line.perform(at)
+        let has_done = self.line.perform(at);
+        let mut tape = self.tape.borrow_mut();
+        tape.last = tape.last.max(self.line.now());
+        has_done
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
