@@ -155,6 +155,8 @@ type Export = fn(&Plot, &Frame) -> String;
 pub(crate) struct Drawing {
     pub(crate) plot: Plot,
     frame: Frame,
+    /// Where the carriages stood when the counters were 0 for the first motion.
+    stood: Option<Vec<i64>>,
     picture: Option<(Format, PathBuf)>,
     exports: Vec<(Export, PathBuf)>,
     views: Vec<View>,
@@ -171,6 +173,7 @@ impl Drawing {
         Drawing {
             plot: Plot::new(),
             frame,
+            stood: None,
             picture: None,
             exports: Vec::new(),
             views: Vec::new(),
@@ -186,6 +189,10 @@ impl Drawing {
         D: Device<Details = <Controller as Device>::Details>,
     {
         if matches!(event, Event::Motion(Motion::Begins { .. })) {
+            self.stood.get_or_insert_with(|| {
+                let axes = device.view(at).axes;
+                axes.iter().map(|axis| axis.carriage - axis.position).collect()
+            });
             let head = || device.details().is_head_down();
             self.plot.purpose(match device.activity() {
                 Activity::ReferenceTowardsSwitch
@@ -226,6 +233,15 @@ impl Drawing {
     /// Draws what was done up to now, with the counters as they are.
     pub(crate) fn finish(mut self, now: Time, counters: &Point) -> Result<(), Failure> {
         self.plot.stop(now, counters);
+        // Places that count from anywhere have the ends of the machine elsewhere.
+        for (index, (axis, stood)) in
+            self.frame.axes.iter_mut().zip(self.stood.iter().flatten()).enumerate()
+        {
+            if !self.plot.is_referenced(index) {
+                let (low, high) = axis.travel;
+                axis.travel = (low.map(|low| low - stood), high.map(|high| high - stood));
+            }
+        }
         for (write, path) in &self.exports {
             written(path, write(&self.plot, &self.frame).as_bytes())?;
         }

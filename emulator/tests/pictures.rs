@@ -100,6 +100,21 @@ fn stops_errors_and_limits_are_where_they_happened() {
     let stop = drawn(&stop, "mark stop");
     assert!(stop.len() == 1 && stop[0].contains("stopped at 2."), "{stop:?}");
 
+    // It came to rest later than the button was pressed, and further on.
+    assert!(stop[0].contains("stopped at 2.007"), "{stop:?}");
+
+    // Without a reference run the ends of the machine are where they are, and not around the counters.
+    written(folder.path(), "lost.txt", "@07\n@0A40000,4000,0,900,0,900,0,900\n");
+    run(folder.path(), "run lost.txt --machine mill --plot lost.svg --plot-view top");
+    let lost = read(folder.path(), "lost.svg");
+    let first = |class: &str| {
+        let line = lost.lines().find(|line| line.contains(&format!("class=\"{class}\"")))?;
+        let numbers = line.split_once(" d=\"M")?.1.split([' ', 'l']);
+        Some(numbers.map_while(|number| number.parse().ok()).collect::<Vec<f64>>())
+    };
+    let [ends, limit] = ["envelope", "mark limit"].map(|class| first(class).unwrap());
+    assert!((ends[0] + ends[2] - limit[0]).abs() < 1.0, "{ends:?} {limit:?}");
+
     written(folder.path(), "typo.txt", "@07\n@0A800,1000,0,900,0,900,0,900\n@0A1,1\n");
     run(folder.path(), "run typo.txt --plot typo.svg");
     let error = read(folder.path(), "typo.svg");

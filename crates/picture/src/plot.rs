@@ -205,6 +205,12 @@ impl Plot {
         self.zero.map(Option::unwrap_or_default)
     }
 
+    /// Whether places on an axis count from its reference point.
+    #[must_use]
+    pub fn is_referenced(&self, axis: usize) -> bool {
+        self.zero.get(axis).is_some_and(Option::is_some)
+    }
+
     /// The marks in order, with the end of the last motion.
     #[must_use]
     pub fn marks(&self) -> Vec<Mark> {
@@ -268,8 +274,10 @@ impl Plot {
         if steps.is_some() && !is_reference && made < segment.path.length() {
             let place = added(&from, &moved);
             match self.marks.last_mut().filter(|last| last.kind.is_trouble() && last.at >= began) {
-                // What has stopped it is known, and where it came to rest counts.
-                Some(last) => (last.kind, last.place) = (last.kind.max(MarkKind::Stop), place),
+                // What has stopped it is known, and where and when it came to rest counts.
+                Some(last) => {
+                    (last.kind, last.at, last.place) = (last.kind.max(MarkKind::Stop), at, place);
+                }
                 None => self.mark(MarkKind::Stop, at, place, String::new()),
             }
         }
