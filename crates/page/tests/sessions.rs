@@ -248,10 +248,13 @@ fn the_desk_of_a_page_sends_what_every_session_sends() {
             };
             for (recording, sent) in tapes {
                 played += 1;
-                match sent_by(&mut desk, &recording) {
-                    Ok(same) if same == sent => {}
-                    Ok(other) => _ = writeln!(wrong, "{name}: {other} instead of {sent}"),
-                    Err(why) => _ = writeln!(wrong, "{name}: {why}"),
+                // The desk does the same on every model; the module, which is faster, is asked for all.
+                if session.models.first() == Some(model) {
+                    match sent_by(&mut desk, &recording) {
+                        Ok(same) if same == sent => {}
+                        Ok(other) => _ = writeln!(wrong, "{name}: {other} instead of {sent}"),
+                        Err(why) => _ = writeln!(wrong, "{name}: {why}"),
+                    }
                 }
                 let line = json!({ "name": name, "recording": recording, "sent": sent });
                 let _ = writeln!(file, "{line}");
