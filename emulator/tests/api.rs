@@ -402,6 +402,14 @@ fn those_who_look_are_in_nobodys_way() -> Outcome {
     assert_eq!(get("/clock")["paused"]["by"], "the API");
     assert_eq!(ask("POST", "/clock/resume", Value::Null).0, 200);
 
+    // What is refused stops no time.
+    for (path, body) in
+        [("/debugger", json!({ "line": "stpe" })), ("/history/go", json!({ "branch": 7 }))]
+    {
+        assert_eq!(ask("POST", path, body).0, 422, "{path}");
+        assert_eq!(get("/clock")["paused"], Value::Null, "{path}");
+    }
+
     // What was sent in the debugger arrives when that is closed.
     ask("POST", "/clock/run-until", idle.clone());
     let from = get("/position")["axes"]["X"].as_i64().ok_or("no position")?;

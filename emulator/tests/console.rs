@@ -895,6 +895,13 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     });
     let (code, said) = console.end();
     assert!(code == Some(1) && said.contains("somebody else has closed"), "{code:?} {said}");
+    // A console beside requests leaves them the debugger.
+    assert!(request(url, "POST", path, r#"{"line":"where"}"#).contains("idle"));
+    let mut console = begin(&["--controller", "1"]);
+    console.give("where\nquit\n");
+    assert_eq!(console.ended().code(), Some(0));
+    assert!(clock("1").contains("paused"));
+    assert!(request(url, "DELETE", path, "").contains("200 OK"));
     // The line says no number in a request, whose address has it.
     let said = request(url, "POST", path, r#"{"line":"controller 2"}"#);
     assert!(said.contains("the address says which controller it is"), "{said}");

@@ -28,6 +28,8 @@ export class Machine {
   /** So many entries were left out of `entries`. */
   missing = 0;
   readonly path = new Path();
+  /** The latest time that was told, and when that was, by the clock of the page. */
+  private told = { time: 0, since: 0 };
   /** Limit switches that are pressed: `0-`, `2+` … */
   readonly switches = new Set<string>();
   /** Another number after every change. */
@@ -127,6 +129,16 @@ export class Machine {
     this.isAt({ controller: this.number, at, activity, moving: this.began !== null, positions, carriage, speed });
     clearTimeout(this.settling);
     if (!this.began) this.settle(this.place(this.byIndex(carriage)));
+  }
+
+  /** What time it is by now, in ns: it passes while nothing happens that is told. */
+  get now(): number {
+    const time = Math.max(this.clock?.now ?? 0, this.position?.at ?? 0, this.view?.at ?? 0);
+    if (!this.clock) return time;
+    if (this.clock.paused) return this.clock.paused.at;
+    if (time !== this.told.time) this.told = { time, since: performance.now() };
+    const pace = this.clock.clock === "real" ? 1 : parseFloat(this.clock.clock) || 0;
+    return time + (performance.now() - this.told.since) * 1e6 * pace;
   }
 
   isAt(position: Position): void {

@@ -91,3 +91,13 @@ test("what is no longer kept is counted", () => {
   assert.equal(it.missing + it.entries.length, 30_090);
   assert.ok(it.entries.length <= 22_000);
 });
+
+test("time passes while nothing is told, at the pace of the clock", async () => {
+  const it = machine();
+  it.clock = { now: 5e9, clock: "2x", paused: null };
+  const first = it.now;
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  assert.ok(first >= 5e9 && it.now - first >= 30e6, `${first} ${it.now}`);
+  it.clock = { now: 5e9, clock: "2x", paused: { at: 6e9, by: "me", breakpoints: [] } };
+  assert.equal(it.now, 6e9);
+});

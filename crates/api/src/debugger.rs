@@ -193,6 +193,8 @@ struct Opened {
 pub(crate) struct Held {
     /// That of the debugger, by which it is known.
     turn: Arc<Semaphore>,
+    /// Whether it was open before, and so is left open.
+    was_open: bool,
     reads: oneshot::Receiver<Infallible>,
 }
 
@@ -259,11 +261,14 @@ impl Desk {
         question: Question,
     ) -> Result<String, Problem> {
         let (answer, reply) = oneshot::channel();
-        let (asks, turn, cancel) = {
+        let (asks, turn, cancel, was_open) = {
             let mut desk = self.opened.lock().await;
+            let was_open = desk.as_mut().is_some_and(|opened| !opened.is_over());
             let opened = opened(&mut desk, open, control, memory).await?;
-            (opened.asks.clone(), Arc::clone(&opened.turn), Arc::clone(&opened.cancel))
+            let (turn, cancel) = (Arc::clone(&opened.turn), Arc::clone(&opened.cancel));
+            (opened.asks.clone(), turn, cancel, was_open)
         };
+        let own = Arc::clone(&turn);
         let only_looks =
             matches!(question, Question::View | Question::History | Question::Entries(..));
         // What only looks is done soon, and waits for others that look.
@@ -281,6 +286,15 @@ impl Desk {
         let said = reply.await;
         asker.0 = None;
         drop(turn);
+        // What was refused has stopped no time.
+        if !was_open && !matches!(said, Ok(Ok(_))) {
+            let is_own =
+                |opened: &mut Opened| Arc::ptr_eq(&opened.turn, &own) && opened.holder.is_none();
+            let opened = self.opened.lock().await.take_if(is_own);
+            if let Some(opened) = opened {
+                opened.close().await;
+            }
+        }
         if !only_looks {
             self.has_changed();
         }
@@ -290,7 +304,8 @@ impl Desk {
         })
     }
 
-    /// Opens the debugger for a client, if it is not open. Only one holds it.
+    /// Opens the debugger for a client, if it is not open: otherwise it stays open when the client has
+    /// left. Only one holds it.
     pub(crate) async fn hold(
         &self,
         open: Option<&Open>,
@@ -299,6 +314,7 @@ impl Desk {
         by: String,
     ) -> Result<(Holding, Held), Problem> {
         let mut desk = self.opened.lock().await;
+        let was_open = desk.as_mut().is_some_and(|opened| !opened.is_over());
         let opened = opened(&mut desk, open, control, memory).await?;
         if let Some((who, _)) = &opened.holder {
             let remedy = "end that, or DELETE the debugger, which lets the controller go on";
@@ -306,13 +322,21 @@ impl Desk {
         }
         let (holding, Ends { held, reads }) = Holding::new();
         opened.holder = Some((by, held));
-        Ok((holding, Held { turn: Arc::clone(&opened.turn), reads }))
+        Ok((holding, Held { turn: Arc::clone(&opened.turn), was_open, reads }))
     }
 
-    /// Closes the debugger that was held, if it is still open.
+    /// Closes the debugger that was held, if it is still open and was opened for that.
     pub(crate) async fn leave(&self, held: &Held) {
-        let is_there = |opened: &Opened| Arc::ptr_eq(&opened.turn, &held.turn);
-        let opened = self.opened.lock().await.take_if(|opened| is_there(opened));
+        let mut desk = self.opened.lock().await;
+        let is_there = |opened: &&mut Opened| Arc::ptr_eq(&opened.turn, &held.turn);
+        if let Some(opened) = desk.as_mut().filter(is_there)
+            && held.was_open
+        {
+            opened.holder = None;
+            return;
+        }
+        let opened = desk.take_if(|opened| Arc::ptr_eq(&opened.turn, &held.turn));
+        drop(desk);
         if let Some(opened) = opened {
             opened.close().await;
             self.has_changed();

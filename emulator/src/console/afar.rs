@@ -75,7 +75,13 @@ impl Arguments {
 #[derive(Clone)]
 struct Opened {
     client: Client,
-    numbers: Arc<Mutex<BTreeMap<usize, Arc<AtomicBool>>>>,
+    numbers: Arc<Mutex<BTreeMap<usize, Hold>>>,
+}
+
+struct Hold {
+    is_closed: Arc<AtomicBool>,
+    /// Somebody else had opened it, and keeps it.
+    was_open: bool,
 }
 
 impl Opened {
@@ -86,10 +92,12 @@ impl Opened {
             return Ok(());
         }
         let by = format!("process {} (vimc4 console)", process::id());
+        let history = self.client.get(&format!("/controllers/{number}/history"), &[])?;
         let path = format!("/controllers/{number}/debugger/hold");
         let mut answer = self.client.hold(&path, &json!({ "by": by }))?;
         let is_closed = Arc::new(AtomicBool::new(false));
-        numbers.insert(number, Arc::clone(&is_closed));
+        let was_open = history["open"] == true;
+        numbers.insert(number, Hold { is_closed: Arc::clone(&is_closed), was_open });
         let wait = move || {
             let _ = io::copy(&mut answer, &mut io::sink());
             is_closed.store(true, Ordering::Release);
@@ -102,7 +110,8 @@ impl Opened {
     /// Forgets one that somebody else has closed. Returns whether it was so.
     fn was_closed(&self, number: usize) -> bool {
         let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_closed = numbers.get(&number).is_some_and(|closed| closed.load(Ordering::Acquire));
+        let is_closed =
+            numbers.get(&number).is_some_and(|hold| hold.is_closed.load(Ordering::Acquire));
         if is_closed {
             numbers.remove(&number);
         }
@@ -112,8 +121,8 @@ impl Opened {
     /// The controllers go on.
     fn close(&self) {
         let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
-        for (number, is_closed) in std::mem::take(&mut *numbers) {
-            if !is_closed.load(Ordering::Acquire) {
+        for (number, hold) in std::mem::take(&mut *numbers) {
+            if !hold.was_open && !hold.is_closed.load(Ordering::Acquire) {
                 // A server that has ended has nothing to close.
                 let _ = self.client.delete(&format!("/controllers/{number}/debugger"));
             }

@@ -12,7 +12,11 @@ export function clock(app: App): Part {
   const state = h("span", { class: "note", attrs: { role: "status" } });
   const post = (path: string, body?: unknown) => void app.act((own) => app.api.post(`${own}/${path}`, body));
   const pace = h("select", { attrs: { "aria-label": say("pace") } });
-  pace.onchange = () => void app.act((path) => app.api.ask("PUT", `${path}/clock`, { clock: pace.value }));
+  pace.onchange = async () => {
+    const before = app.machine?.clock?.clock;
+    const isDone = await app.act((path) => app.api.ask("PUT", `${path}/clock`, { clock: pace.value }));
+    if (!isDone && before) pace.value = before;
+  };
   const paces = new Rebuilt(pace);
   const pause = h("button", { attrs: { "data-once": "" }, onclick: () => post(`clock/${pause.dataset.deed ?? "pause"}`) });
   const step = h("button", { onclick: () => post("clock/step") }, say("step"));
@@ -52,16 +56,21 @@ export function clock(app: App): Part {
       h("h3", {}, say("breakpoints")), points,
       form(say("condition"), say("add"), "x > 1000", (condition) => post("breakpoints", { condition })),
       h("h3", {}, say("moments")), moments, h("button", { onclick: take, attrs: { "data-once": "" } }, say("takeMoment")));
+  const tell = () => {
+    const [shown, machine] = [app.shown, app.machine];
+    if (shown) put(now, seconds(machine && shown !== machine ? shown.view?.at ?? 0 : shown.now));
+  };
+  // Time passes while nothing happens.
+  const ticks = setInterval(tell, 100);
   return {
     element,
+    leave: () => clearInterval(ticks),
     show(shown: Machine) {
       // In the past the time line leads.
       element.inert = app.past?.isOpen ?? false;
       const machine = app.machine ?? shown;
       const { clock, breakpoints, snapshots } = machine;
-      const { position, view } = shown;
-      const at = Math.max(clock?.now ?? 0, position?.at ?? 0, view?.at ?? 0);
-      put(now, seconds(shown !== machine ? view?.at ?? 0 : clock?.paused ? clock.paused.at : at));
+      tell();
       cancel.hidden = journeys === 0;
       if (!clock) return;
       const { paused } = clock;

@@ -146,7 +146,7 @@ export function timeline(app: App): Part {
       if (!past) return;
       const { history } = past;
       const isOpen = past.isOpen;
-      const now = Math.max(live.position?.at ?? 0, live.view?.at ?? 0, live.clock?.now ?? 0);
+      const { now } = live;
       const branches = isOpen ? history!.branches : [];
       first = Math.min(history?.first ?? 0, ...branches.map((branch) => branch.first));
       last = Math.max(isOpen ? history!.now.at : now, first + 1e6, ...branches.map((branch) => branch.end));
