@@ -189,8 +189,8 @@ impl Session {
         let is_idle = debugger.device().is_idle() || stop.why == Reason::End;
         let is_done = is_idle && feed.is_none_or(|feed| feed.is_done(debugger.history()));
         let is_end = comes_to_rest && is_done && !is_live;
-        // A run that starts at the end is meant to go beyond it.
-        let again = is_end && held.end == Some(stop.place);
+        // A run that starts at the end is meant to go beyond it; a step finds nothing more.
+        let again = is_end && held.end == Some(stop.place) && !matches!(walk, Walk::Step(..));
         held.end = is_end.then_some(stop.place);
         let before = held.stop.take();
         let before = before.filter(|before| matches!(walk, Walk::Step(..)) && !rests(before));

@@ -143,7 +143,10 @@ fn a_session_as_visual_studio_code_has_it() {
     editor.walk("reverseContinue");
     assert_eq!(editor.line(), 9);
     editor.walk("continue");
-    // Whoever goes on at the end is done.
+    // A step finds nothing more there; whoever goes on at the end is done.
+    for step in ["stepIn", "next", "stepOut"] {
+        assert_eq!(editor.walk(step)["description"], "The end: everything is done", "{step}");
+    }
     editor.ask("continue", json!({ "threadId": 1 }));
     assert_eq!(editor.event("exited")["exitCode"], 0);
     editor.event("terminated");
