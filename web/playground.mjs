@@ -9,7 +9,7 @@ const target = process.env.CARGO_TARGET_DIR ? new URL(`file://${process.env.CARG
 const out = new URL("playground/", target);
 const wasm = process.env.VIMC4_PAGE ?? new URL("page/vimc4_page.wasm", target);
 /** What is fetched before the first answer; bytes (gzip). */
-const LIMIT = 400_000;
+const LIMIT = 1_400_000;
 /** Which controller and machine an example is for. */
 const EXAMPLES = [
   { name: "commands.txt", model: "imc4", machine: "mill" },

@@ -48,7 +48,7 @@ export class Bench {
     if (app.film) app.unplay();
     await this.here.meet();
     if (refused.length > 0) app.onNotice(`${tell("otherwise")}: ${refused.join("; ")}`, true);
-    else if (told.deeds.length > 0) app.onNotice(tell("atMoment"), false);
+    else if (told.deeds.length > 0) app.onNotice(tell("atMoment"), false, true);
     app.changed();
   }
 
@@ -68,7 +68,10 @@ export class Bench {
       const kind = kindOf(name, text);
       if (kind === "unknown") return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
       if (kind === "film") {
-        const film = await read(new DOMParser().parseFromString(text, "text/html"));
+        // As what is in a template nothing of that page is carried out, its style neither.
+        const page = h("template");
+        page.innerHTML = text;
+        const film = await read(page.content);
         if (film) app.play(film);
         return;
       }
@@ -116,7 +119,7 @@ export class Bench {
       const link = await written(await app.api.get<Told>("/session"));
       history.replaceState(null, "", link);
       const isCopied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
-      app.onNotice(tell(location.href.length > LONG ? "longLink" : isCopied ? "shared" : "sharedHere"), false);
+      app.onNotice(tell(location.href.length > LONG ? "longLink" : isCopied ? "shared" : "sharedHere"), false, true);
     } catch (error) {
       app.say(error);
     }

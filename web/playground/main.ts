@@ -44,7 +44,7 @@ async function first(): Promise<Told> {
   try {
     return (await read(location.hash)) ?? { ...told, deeds: [], at: 0 };
   } catch {
-    app.onNotice(tell("badLink"), true);
+    app.onNotice(tell("badLink"), true, true);
     return { ...told, deeds: [], at: 0 };
   }
 }
@@ -70,5 +70,5 @@ try {
   app.onNotice(`${tell("broken")}: ${error instanceof Error ? error.message : String(error)}`, true);
 }
 takeDrops(bench);
-addEventListener("hashchange", () => void read(location.hash).then((told) => told && bench.begin(told)).catch(() => app.onNotice(tell("badLink"), true)));
+addEventListener("hashchange", () => void read(location.hash).then((told) => told && bench.begin(told)).catch(() => app.onNotice(tell("badLink"), true, true)));
 if ("serviceWorker" in navigator) void navigator.serviceWorker.register("service.js").catch(() => {});

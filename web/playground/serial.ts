@@ -155,7 +155,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       const opened = new Line(port, (isGone) => {
         if (isGone && it.line === opened) {
           it.line = null;
-          app.onNotice(tell("portGone"), true);
+          app.onNotice(tell("portGone"), true, true);
         }
         app.changed();
       });

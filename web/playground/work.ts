@@ -27,7 +27,6 @@ export class Work {
   /** The number of the last entry before the piece that is being carried out. */
   private since = 0;
   private command: number | undefined;
-  private wakesAt = 0;
   private isBusy = false;
   /** Looked at so often, also where the page is not: nobody draws a page in the background. */
   private readonly timer = setInterval(() => this.step(), LOOKS);
@@ -76,12 +75,12 @@ export class Work {
     const { app } = this;
     const path = `/controllers/${app.machine!.number}`;
     this.since = app.machine!.entries.at(-1)?.number ?? 0;
-    [this.command, this.wakesAt, this.reason] = [undefined, 0, ""];
+    [this.command, this.reason] = [undefined, ""];
     this.isBusy = true;
     try {
       if ("send" in piece) await app.api.post(`${path}/line`, { send: piece.send });
       else if ("order" in piece) await app.api.post(`${path}/orders`, { order: piece.order });
-      else if ("wait" in piece) this.wakesAt = (await app.api.get<{ now: number }>(`${path}/clock`)).now + piece.wait;
+      else if ("wait" in piece) await this.sleep(path, piece.wait);
       else if ("until" in piece) this.reason = piece.why;
       else [this.state, this.reason] = ["asks", piece.ask];
     } catch (error) {
@@ -89,6 +88,13 @@ export class Work {
     }
     this.isBusy = false;
     app.changed();
+  }
+
+  /** Until so much of the controller's time has passed. Where nothing moves nothing is told, so it is asked. */
+  private async sleep(path: string, span: number): Promise<void> {
+    const now = async () => (await this.app.api.get<{ now: number }>(`${path}/clock`)).now;
+    const end = (await now()) + span;
+    while (!this.isOver && (await now()) < end) await new Promise((resolve) => setTimeout(resolve, LOOKS));
   }
 
   private refuse(reason: string): void {
@@ -99,7 +105,6 @@ export class Work {
     const piece = this.pieces[this.next - 1];
     const machine = this.app.machine!;
     if (!piece) return true;
-    if ("wait" in piece) return Math.max(machine.view?.at ?? 0, machine.position?.at ?? 0, machine.clock?.now ?? 0) >= this.wakesAt;
     if ("until" in piece) {
       const value = (wanted: number) => machine.view?.ports.find(({ port, input }) => input && port === wanted)?.value ?? 0;
       return piece.until.every(({ port, bit, level }) => Boolean((value(port) >> bit) & 1) === level);

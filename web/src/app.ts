@@ -39,6 +39,8 @@ export class App {
   film: Film | undefined;
   private chosen = 1;
   private isDrawn = true;
+  /** The page has said that nobody answers. */
+  private isUnanswered = false;
   /** Who is to be looked at soon, and who is being looked at. */
   private due = new Set<number>();
   private looking = new Set<number>();
@@ -66,10 +68,10 @@ export class App {
     this.source.follow({
       wish: () => this.meet(),
       connected: (is) => {
-        const wasConnected = this.isConnected;
         this.isConnected = is;
         // At once, so that nothing is shown empty for longer than it has to be.
-        if (is && !wasConnected) this.onNoticeOver();
+        if (is && this.isUnanswered) this.onNoticeOver();
+        if (is) this.isUnanswered = false;
         if (is) for (const { number } of this.machines) void this.lookNow(number);
         this.changed();
       },
@@ -152,7 +154,10 @@ export class App {
   }
 
   say(error: unknown): void {
-    if (error instanceof Problem && error.status === 0) return this.onNotice(say("noAnswer"), true, true);
+    if (error instanceof Problem && error.status === 0) {
+      this.isUnanswered = true;
+      return this.onNotice(say("noAnswer"), true, true);
+    }
     const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
     this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true);
   }

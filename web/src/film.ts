@@ -32,7 +32,7 @@ function changed(before: unknown, change: unknown): unknown {
 }
 
 /** Reads what a page has in it, if it has a recording. */
-export async function read(page: Document = document): Promise<Film | null> {
+export async function read(page: NonElementParentNode = document): Promise<Film | null> {
   const text = page.getElementById("film")?.textContent;
   if (!text) return null;
   const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));

@@ -9,7 +9,7 @@ import { log } from "./parts/log";
 import { ports } from "./parts/ports";
 import { program } from "./parts/program";
 import { timeline } from "./parts/timeline";
-import { colour, shell, type Shell } from "./parts/shell";
+import { colour, notice, shell, type Shell } from "./parts/shell";
 import { view } from "./parts/view";
 import { language } from "./words";
 
@@ -35,6 +35,7 @@ export function show(app: App, more: More): void {
   let parts: Part[] = [];
   let frame: Shell;
   let main: HTMLElement;
+  const said = notice(app);
 
   const build = (): void => {
     document.documentElement.lang = language();
@@ -52,7 +53,7 @@ export function show(app: App, more: More): void {
       h("div", { class: "wide" }, ...wide.map(({ element }) => element)),
       h("div", { class: "side" }, at!.element, knobs!.element, bits!.element),
       h("div", { class: "side" }, time!.element, stored!.element, wrong!.element));
-    document.body.replaceChildren(frame.head, ...above.map(({ element }) => element), main, frame.foot, frame.notice);
+    document.body.replaceChildren(frame.head, ...above.map(({ element }) => element), main, frame.foot, said);
     look();
   };
 

@@ -62,7 +62,7 @@ test("the page that needs no installing is as its book shows it", { skip: absent
     await page.getByText("plate.ncp has been carried out").waitFor();
     await page.getByRole("textbox", { name: /Send to the controller/ }).fill("@0A1600,2000,800,2000,0,900,0,900");
     await page.locator(".meaning", { hasText: "relative move X +1,600 steps" }).waitFor();
-    await until("the way is drawn", async () => Number(await page.locator(".stage").getAttribute("data-corners")) > 100);
+    await until("the way is drawn", async () => Number(await page.locator(".stage").getAttribute("data-corners")) > 50);
     await keep(page, "playground");
   } finally {
     await context.close();

@@ -12,8 +12,9 @@ const KINDS = {
   html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml", json: "application/json",
   webmanifest: "application/manifest+json", wasm: "application/wasm", txt: "text/plain", ncp: "text/plain", plt: "text/plain", jsonl: "text/plain",
 };
-/** Why the page cannot be tried; `false` if it can. */
+/** Why the page cannot be tried; `false` if it can. Where nothing may be left out, that it cannot is an error. */
 export const absent = existsSync(new URL("index.html", folder)) ? false : "the page is not built: cargo xtask page, npm run playground";
+if (absent && process.env.VIMC4_REQUIRE_TOOLS) throw new Error(absent);
 const firefox = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
 
 /** The page on a server as anybody may have it: files, compressed, and nothing else. `more` answers the rest. */
@@ -138,7 +139,8 @@ class Tab {
   }
 
   async choose(selector, value) {
-    await this.seen(selector);
+    await until(`${selector} offers ${value}`, () => this.page.evaluate(([selector, value]) =>
+      [...(document.querySelector(selector)?.options ?? [])].some((option) => option.value === value), [selector, value]));
     await this.page.evaluate(([selector, value]) => {
       const field = document.querySelector(selector);
       field.value = value;
@@ -160,6 +162,13 @@ class Tab {
     await this.write(".log form input", line);
     await this.press("Enter");
     await until(`${line} is sent`, () => this.page.evaluate(() => document.querySelector(".log form input").value === ""));
+  }
+
+  /** What it shows: for who wants to know why it is not what was expected. */
+  async state() {
+    const parts = await this.page.evaluate(() => [".link", ".clock", ".bench .note", ".notice", ".timeline .when", ".log .entries"].map((selector) =>
+      `${selector}: ${document.querySelector(selector)?.textContent.slice(-600)}`)).catch(String);
+    return [...[parts].flat(), `carriage: ${await this.carriage().catch(String)}`, ...this.complaints].join("\n");
   }
 
   async carriage() {

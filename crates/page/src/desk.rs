@@ -103,7 +103,8 @@ pub(crate) struct Served {
 ///
 /// Beyond the API it knows `PUT /v1/controllers`, which puts other controllers on the desk, `PUT
 /// /v1/recording`, which puts the one of a recording there with its past, `PUT /v1/events`, which says what
-/// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, and `POST
+/// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/quirks`,
+/// which lists the values that each quirk of its model can have, and `POST
 /// /v1/controllers/1/work`, which takes a file apart into what a host gives to the controller.
 ///
 /// ```
@@ -200,7 +201,7 @@ impl Desk {
         }
         if let Some((number, what)) =
             path.strip_prefix("/v1/controllers/").and_then(|rest| rest.split_once('/'))
-            && matches!((method, what), ("GET", "meaning") | ("POST", "work"))
+            && matches!((method, what), ("GET", "meaning" | "quirks") | ("POST", "work"))
         {
             let place = place_of(number, self.controllers.len())?;
             let served = self.controllers.get(place);
@@ -208,6 +209,9 @@ impl Desk {
             if what == "work" {
                 is_within(content, FILE)?;
                 return work::pieces(served, content);
+            }
+            if what == "quirks" {
+                return own::quirks(served);
             }
             let line = decoded(behind.strip_prefix("line=").unwrap_or_default())?;
             return own::meaning(served, &line);

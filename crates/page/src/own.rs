@@ -123,6 +123,11 @@ pub(crate) fn meaning(served: &Served, line: &str) -> Outcome {
     Answer::json(&json!({ "text": served.live.line.explain(bytes.trim_ascii()) }))
 }
 
+/// Every value that each quirk of the model can have, as TOML writes it.
+pub(crate) fn quirks(served: &Served) -> Outcome {
+    Answer::json(&json!(vimc4_catalogue::quirks(&served.live.model)))
+}
+
 // --- recordings ---
 
 #[derive(Deserialize)]

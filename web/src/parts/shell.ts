@@ -17,9 +17,29 @@ export function colour(): void {
   else delete document.documentElement.dataset.colours;
 }
 
+/** What came of the last order. It outlives the rest of the page, which is built anew for other controllers. */
+export function notice(app: App): HTMLElement {
+  const text = h("p");
+  const close = h("button", {}, "×");
+  const element = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, text, close);
+  let timer = 0;
+  const end = () => (element.hidden = true);
+  close.onclick = end;
+  app.onNotice = (said, isError, isOwn) => {
+    put(text, said);
+    text.lang = isOwn ? language() : "en";
+    close.ariaLabel = say("close");
+    mark(element, "data-error", String(isError));
+    element.hidden = false;
+    clearTimeout(timer);
+    if (!isError) timer = window.setTimeout(end, NOTICE);
+  };
+  app.onNoticeOver = end;
+  return element;
+}
+
 export interface Shell {
   head: HTMLElement;
-  notice: HTMLElement;
   foot: HTMLElement;
   show(): void;
 }
@@ -43,28 +63,10 @@ export function shell(app: App, more: { foot: () => Node[]; where?: () => string
     colour();
     app.changed();
   });
-
-  const text = h("p");
-  const close = h("button", { attrs: { "aria-label": say("close") } }, "×");
-  const notice = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, text, close);
-  let timer = 0;
-  close.onclick = () => (notice.hidden = true);
-  app.onNotice = (said, isError, isOwn) => {
-    put(text, said);
-    text.lang = isOwn ? language() : "en";
-    mark(notice, "data-error", String(isError));
-    notice.hidden = false;
-    clearTimeout(timer);
-    if (!isError) timer = window.setTimeout(() => (notice.hidden = true), NOTICE);
-  };
-
-  app.onNoticeOver = () => (notice.hidden = true);
-
   return {
     head: h("header", {},
       h("a", { class: "skip", href: "#front" }, say("skip")),
       h("h1", {}, "virtual IMC4"), tabs, link, languages, colours),
-    notice,
     foot: h("footer", {}, ...more.foot()),
     show() {
       put(link, app.isConnected ? more.where?.() ?? say("connected") : say("lost"));
