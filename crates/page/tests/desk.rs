@@ -122,7 +122,7 @@ fn the_quirks_are_listed_with_values_that_can_be_asked_for() {
     let mut desk = Desk::new();
     let (status, quirks) = asked(&mut desk, "GET", "/v1/controllers/1/quirks", &Value::Null);
     let found = quirks.as_array().unwrap().iter().find(|quirk| quirk[0] == "version_handshake");
-    assert_eq!((status, &found.unwrap()[1]), (200, &json!(["\"last\"", "\"first\""])));
+    assert_eq!((status, &found.unwrap()[1]), (200, &json!(["\"first\"", "\"last\""])));
     let body = json!({ "model": "imc4", "quirks": { "version_handshake": "first" } });
     assert_eq!(asked(&mut desk, "PUT", "/v1/controllers", &body).0, 200);
     let (_, model) = asked(&mut desk, "GET", "/v1/controllers/1/model", &Value::Null);
