@@ -238,7 +238,11 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
         const sent = live.entries.find(({ kind, number }) => kind === "command" && number > it.since);
         last.virtual = saidSince(live.entries, it.since, sent?.at ?? it.sentAt);
         const isQuiet = performance.now() - it.line.heard > QUIET;
-        if (verdict(last, true) === "bytes" && isQuiet && it.asked !== last) void explain(last);
+        if (verdict(last, true) === "bytes" && it.asked !== last) {
+          if (isQuiet) void explain(last);
+          // Where nothing moves nothing is told, and nothing drawn, when it has become quiet.
+          else setTimeout(() => app.changed(), QUIET);
+        }
       }
       put(state, last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "");
       rows.from(exchanges, () => exchanges.map((exchange) => {
