@@ -4,6 +4,7 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { isDeepStrictEqual } from "node:util";
 import { browse, open, serve, until } from "./stand.mjs";
 
 let browser;
@@ -106,11 +107,12 @@ with_(["--web", "--machine", "mill", "--time", "8x"], "ways are told apart, and 
   await until("it has moved", async () => (await corners(page)) > 40 && idle());
   const kinds = await page.locator(".stage").getAttribute("data-kinds");
   assert.equal(kinds, "reference rapid feed arc");
-  const before = await carriage(page);
+  const before = [3_000, 1_000, -500, 0];
+  await until("it is seen at rest", async () => isDeepStrictEqual(await carriage(page), before));
   const drawn = await corners(page);
   await page.reload();
   await until("the path is there again", async () => (await corners(page)) === drawn);
-  assert.deepEqual(await carriage(page), before);
+  await until("the carriage is where it was", async () => isDeepStrictEqual(await carriage(page), before));
   for (const way of ["Top XY", "Front XZ", "Side YZ", "Isometric"]) {
     await page.getByRole("button", { name: way }).click();
     assert.equal(await page.getByRole("button", { name: way }).getAttribute("aria-pressed"), "true");
