@@ -277,6 +277,8 @@ fn no_inner_room_touches_files_sockets_or_threads() {
         for (path, text) in sources(&source).into_iter().filter(|(path, _)| is_built(path)) {
             for (line, number) in text.lines().zip(1..) {
                 let is_said = line.trim_start().starts_with("//");
+                // A clock may be called so; what the system has is not named by that.
+                let line = line.replace("Clock::Instant", "").replace("    Instant,", "");
                 let world = || WORLD.iter().any(|world| line.contains(world));
                 if !is_said && (line.contains("use std::{") || world()) {
                     wrong.push(format!("{path}, line {number}: {}", line.trim()));
@@ -288,8 +290,9 @@ fn no_inner_room_touches_files_sockets_or_threads() {
 }
 
 /// The rooms that may have unsafe code, and the module that says why where it is one: what the kernel is
-/// asked for, and what C hands over.
-const UNSAFE: [(&str, &str); 2] = [("vimc4-lines", "linux/sys.rs"), ("vimc4-capi", "")];
+/// asked for, what C hands over, and what JavaScript calls.
+const UNSAFE: [(&str, &str); 3] =
+    [("vimc4-lines", "linux/sys.rs"), ("vimc4-capi", ""), ("vimc4-page", "wasm.rs")];
 
 #[test]
 fn unsafe_code_is_where_its_reason_is() {
