@@ -5,6 +5,7 @@ mod book;
 mod commands;
 mod diagram;
 mod links;
+mod outcome;
 mod paths;
 mod sessions;
 mod view;
@@ -16,9 +17,7 @@ use std::process::{Command, ExitCode};
 use clap::Parser;
 
 use book::Book;
-
-/// What went well, or what did not, in words.
-type Outcome<T> = Result<T, String>;
+use outcome::Outcome;
 
 /// Make the site: the book with search, every command of every model with its sessions, links checked
 #[derive(Parser)]
