@@ -6,19 +6,21 @@ use vimc4_answers::limits::{BREAKPOINTS, SNAPSHOTS};
 use vimc4_answers::log::Wanted;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
-use vimc4_catalogue::{Controller, Details};
+use vimc4_catalogue::Controller;
 use vimc4_control::order::{erased, ruled, said};
-use vimc4_control::{BreakpointId, Clock, ControlError, Effect, Source};
+use vimc4_control::{BreakpointId, Clock, ControlError, Effect};
 use vimc4_device::{
     Condition, Deed, Device, FaultNumber, Faulting, Order, OwnedInput, Ruling, Scenario,
-    ScenarioNumber, Time, View, faults_in_words, parse_duration, position_in_words, rules_in_words,
+    ScenarioNumber, Time, faults_in_words, parse_duration, position_in_words, rules_in_words,
 };
 
-use crate::desk::{Answer, Call, Desk, Outcome, Served};
+use crate::call::{Answer, Call, Outcome};
+use crate::desk::Desk;
 use crate::past::{
     cancel_debugger, close_debugger, debug, debugger_view, do_there, go, history, history_entries,
     hold_debugger, take,
 };
+use crate::served::{Served, page};
 use crate::snapshots::Snapshot;
 
 macro_rules! runs {
@@ -29,11 +31,6 @@ macro_rules! runs {
 }
 
 vimc4_answers::routes!(runs);
-
-/// Who does all this.
-pub(crate) fn page() -> Source {
-    Source::Controls("the page".into())
-}
 
 fn done(effect: &Effect) -> Outcome {
     Answer::json(&seen::effect(effect))
@@ -85,23 +82,6 @@ fn quit(_: &mut Desk, _: &Call) -> Outcome {
 }
 
 // --- controllers ---
-
-impl Served {
-    pub(crate) fn about(&self, number: usize) -> Value {
-        let live = &self.live;
-        let mut about = seen::profile(number, &live.model, &live.machine, &live.names);
-        for way in ["pty", "tcp", "rfc2217", "serial"] {
-            about[way] = Value::Null;
-        }
-        about["recorded"] = self.live.recorder.is_some().into();
-        about
-    }
-
-    /// What is visible of the controller itself, wherever somebody looks.
-    pub(crate) fn view(&self) -> View<Details> {
-        self.live.line.view(self.live.now())
-    }
-}
 
 fn controllers(desk: &mut Desk, _: &Call) -> Outcome {
     Answer::json(&desk.about())

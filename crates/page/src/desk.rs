@@ -1,100 +1,12 @@
-//! The desk: controllers, and all that is asked of them.
+//! The desk: controllers, and which of them a request is about.
 
-use std::collections::BTreeMap;
+use serde_json::Value;
+use vimc4_answers::fields::{no_such, place_of};
+use vimc4_answers::news::Subscription;
+use vimc4_answers::problem::Problem;
 
-use serde_json::{Map, Value, json};
-use vimc4_answers::fields::{Content, body, image, no_such, place_of, query, right_body};
-use vimc4_answers::limits::{BODY, IMAGE, POSITIONS};
-use vimc4_answers::news::{Subscription, Wish};
-use vimc4_answers::problem::{Kind, Problem};
-use vimc4_answers::seen::Position;
-use vimc4_answers::table::{ROUTES, find};
-
-use crate::acts::RUNS;
-use crate::live::Live;
-use crate::own;
-use crate::past::Looks;
-use crate::snapshots::Snapshots;
-use crate::work;
-
-/// A page hears of everything but what only coverage wants,
-const ALL: &[&str] = &[
-    "command",
-    "ignored",
-    "line",
-    "answer",
-    "cut-short",
-    "motion",
-    "switch",
-    "signal",
-    "port",
-    "flash",
-    "baud",
-    "fault",
-    "rule",
-    "warning",
-    "news",
-    "missed",
-];
-
-/// and where the axes are, so many times a second.
-const OFTEN: u32 = 20;
-
-/// A recording or another file has so many bytes at most.
-const FILE: usize = 64 * 1024 * 1024;
-
-/// What is answered.
-pub(crate) enum Answer {
-    Json(String),
-    Text(String),
-}
-
-pub(crate) type Outcome = Result<Answer, Problem>;
-
-impl Answer {
-    pub(crate) fn json(value: &Value) -> Outcome {
-        Ok(Answer::Json(value.to_string()))
-    }
-}
-
-/// A request whose fields are there and of the right type.
-pub(crate) struct Call {
-    /// The moment of the page, in nanoseconds.
-    pub(crate) moment: u64,
-    path: Vec<(&'static str, String)>,
-    pub(crate) query: BTreeMap<String, String>,
-    pub(crate) body: Map<String, Value>,
-}
-
-impl Call {
-    /// A part of the path.
-    pub(crate) fn named(&self, name: &str) -> &str {
-        self.path.iter().find(|(own, _)| *own == name).map_or("", |(_, value)| value)
-    }
-
-    /// A part of the path that is a number.
-    pub(crate) fn number<T: std::str::FromStr>(
-        &self,
-        name: &str,
-        what: &str,
-    ) -> Result<T, Problem> {
-        let text = self.named(name);
-        text.parse().map_err(|_| no_such(what, text))
-    }
-
-    /// A text of the body; empty if it is not there.
-    pub(crate) fn text(&self, name: &str) -> &str {
-        self.body.get(name).and_then(Value::as_str).unwrap_or_default()
-    }
-}
-
-/// One controller, and what clients have of it.
-pub(crate) struct Served {
-    pub(crate) live: Live,
-    pub(crate) snapshots: Snapshots,
-    /// Somebody looks at its past.
-    pub(crate) looks: Option<Looks>,
-}
+use crate::call::Call;
+use crate::served::Served;
 
 /// Controllers, and all that is asked of them: the control API without a server.
 ///
@@ -122,30 +34,13 @@ pub(crate) struct Served {
 pub struct Desk {
     pub(crate) controllers: Vec<Served>,
     /// By what a client knows that these are the controllers that it has seen before.
-    instance: u64,
-    subscription: Option<Subscription>,
+    pub(crate) instance: u64,
+    pub(crate) subscription: Option<Subscription>,
     /// How many ms pass at least between two positions, and when they were told last.
-    period: Option<f64>,
-    told: f64,
+    pub(crate) period: Option<f64>,
+    pub(crate) told: f64,
     /// The moment up to which everything was heard: nothing is asked before that.
-    heard: u64,
-}
-
-/// What a request is answered.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reply {
-    /// As HTTP has it.
-    pub status: u16,
-    /// What `body` is: JSON or text.
-    pub is_json: bool,
-    /// The answer, or a problem document.
-    pub body: String,
-}
-
-impl Default for Desk {
-    fn default() -> Desk {
-        Desk::new()
-    }
+    pub(crate) heard: u64,
 }
 
 impl std::fmt::Debug for Desk {
@@ -155,89 +50,6 @@ impl std::fmt::Debug for Desk {
 }
 
 impl Desk {
-    /// A desk with one controller: an IMC4 on a bench, in real time.
-    #[must_use]
-    pub fn new() -> Desk {
-        let mut desk = Desk {
-            controllers: Vec::new(),
-            instance: 0,
-            subscription: None,
-            period: None,
-            told: f64::NEG_INFINITY,
-            heard: 0,
-        };
-        // It is built in.
-        let _ = desk.answer("PUT", "/v1/controllers", r#"{"model": "imc4"}"#, 0.0);
-        desk
-    }
-
-    /// Answers a request: a method of HTTP, a path with what is behind the question mark, and a body of JSON
-    /// or none, at this moment.
-    pub fn ask(&mut self, method: &str, path: &str, body: &str, now: f64) -> Reply {
-        match self.answer(method, path, body, now) {
-            Ok(Answer::Json(body)) => Reply { status: 200, is_json: true, body },
-            Ok(Answer::Text(body)) => Reply { status: 200, is_json: false, body },
-            Err(problem) => Reply {
-                status: problem.status(),
-                is_json: true,
-                body: problem.document().to_string(),
-            },
-        }
-    }
-
-    fn answer(&mut self, method: &str, path: &str, content: &str, now: f64) -> Outcome {
-        let (path, behind) = path.split_once('?').unwrap_or((path, ""));
-        match (method, path) {
-            ("PUT", "/v1/controllers") => {
-                is_within(content, IMAGE)?;
-                return self.put(own::controllers(content)?);
-            }
-            ("PUT", "/v1/recording") => {
-                is_within(content, FILE)?;
-                return self.put(vec![own::recorded(content)?]);
-            }
-            ("PUT", "/v1/events") => return self.subscribe(content),
-            _ => {}
-        }
-        if let Some((number, what)) =
-            path.strip_prefix("/v1/controllers/").and_then(|rest| rest.split_once('/'))
-            && matches!((method, what), ("GET", "meaning" | "quirks") | ("POST", "work"))
-        {
-            let place = place_of(number, self.controllers.len())?;
-            let served = self.controllers.get(place);
-            let served = served.ok_or_else(|| no_such("controller", number))?;
-            if what == "work" {
-                is_within(content, FILE)?;
-                return work::pieces(served, content);
-            }
-            if what == "quirks" {
-                return own::quirks(served);
-            }
-            let line = decoded(behind.strip_prefix("line=").unwrap_or_default())?;
-            return own::meaning(served, &line);
-        }
-        let (place, names) =
-            find(method, path).map_err(|others| not_there(method, path, &others))?;
-        let (Some(route), Some(run)) = (ROUTES.get(place), RUNS.get(place)) else {
-            return Err(not_there(method, path, &[]));
-        };
-        let path = names.iter().map(|(name, value)| Ok((*name, decoded(value)?)));
-        let path = path.collect::<Result<Vec<_>, Problem>>()?;
-        let pairs = behind.split('&').filter(|pair| !pair.is_empty()).map(|pair| {
-            let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
-            Ok((decoded(&name.replace('+', " "))?, decoded(&value.replace('+', " "))?))
-        });
-        let query = query(route.query, pairs.collect::<Result<Vec<_>, Problem>>()?)?;
-        is_within(content, if image(route.body).is_some() { IMAGE } else { BODY })?;
-        let fields = body(route.body, Content::Json, content.as_bytes())?;
-        let call = Call { moment: self.heard.max(nanos(now)), path, query, body: fields };
-        let outcome = run(self, &call);
-        for served in &mut self.controllers {
-            served.back();
-        }
-        outcome.map_err(|problem| problem.or_remedy(|| right_body(route.body)))
-    }
-
     /// The controller that a request is about, where it is now, wherever somebody looks.
     pub(crate) fn present(&mut self, call: &Call) -> Result<&mut Served, Problem> {
         let served = self.looked_at(call)?;
@@ -260,125 +72,7 @@ impl Desk {
         self.instance.to_string()
     }
 
-    /// Other controllers take the place of those that there are, and are followed from their beginning.
-    fn put(&mut self, controllers: Vec<Served>) -> Outcome {
-        self.controllers = controllers;
-        self.instance += 1;
-        self.follow(Wish::from_the_beginning(self.controllers.len(), ALL, OFTEN))?;
-        Answer::json(&self.about())
-    }
-
     pub(crate) fn about(&self) -> Value {
         (1..).zip(&self.controllers).map(|(number, served)| served.about(number)).collect()
     }
-
-    // --- what happens ---
-
-    /// A client listens from now on, as it says in the words of the WebSocket's first message.
-    fn subscribe(&mut self, content: &str) -> Outcome {
-        is_within(content, BODY)?;
-        self.follow(Wish::read(if content.is_empty() { "{}" } else { content })?)
-    }
-
-    fn follow(&mut self, wish: Wish) -> Outcome {
-        let feeds: Vec<_> = self.controllers.iter().map(|served| &*served.live.feed).collect();
-        let often = wish.positions.filter(|often| *often > 0);
-        self.period = often.map(|often| 1_000.0 / f64::from(often.min(POSITIONS)));
-        let subscription = Subscription::new(wish, &feeds)?;
-        let hello = subscription.hello(&self.instance(), &feeds);
-        (self.subscription, self.told) = (Some(subscription), f64::NEG_INFINITY);
-        Answer::json(&hello)
-    }
-
-    /// Lets time pass up to this moment, and says what has happened since it was asked last: the messages of
-    /// the WebSocket as a list of JSON. What the controllers have sent is among them, each character a
-    /// byte.
-    pub fn hear(&mut self, now: f64) -> String {
-        let mut messages = Vec::new();
-        self.heard = self.heard.max(nanos(now));
-        for (number, served) in (1..).zip(&mut self.controllers) {
-            served.live.begin(self.heard);
-            if served.looks.is_none() {
-                served.live.catch_up(self.heard);
-            }
-            for (at, bytes) in served.live.sent.drain(..) {
-                let text: String = bytes.iter().map(|byte| char::from(*byte)).collect();
-                let sent = json!({ "type": "sent", "controller": number, "at": at, "send": text });
-                messages.push(sent.to_string());
-            }
-        }
-        if let Some(subscription) = &mut self.subscription {
-            let is_due = self.period.is_some_and(|period| now - self.told >= period * 0.9);
-            if is_due {
-                self.told = now;
-            }
-            let (kinds, followed) = subscription.parts();
-            for followed in followed {
-                let Some(served) = self.controllers.get(followed.place) else { continue };
-                let feed = &served.live.feed;
-                loop {
-                    let (mut news, is_more) = followed.entries(&kinds, feed, &served.live.names);
-                    messages.append(&mut news);
-                    if !is_more {
-                        break;
-                    }
-                }
-                if is_due
-                    && served.looks.is_none()
-                    && let Some(stand) = followed.looks(feed)
-                {
-                    let position = Position::of(&served.view());
-                    messages.extend(followed.position(stand, position));
-                }
-            }
-        }
-        format!("[{}]", messages.join(","))
-    }
-}
-
-fn is_within(content: &str, most: usize) -> Result<(), Problem> {
-    match content.len() <= most {
-        true => Ok(()),
-        false => {
-            let detail = format!("the body has more than {most} bytes");
-            Err(Problem::new(Kind::TooLarge, detail, "send less"))
-        }
-    }
-}
-
-fn not_there(method: &str, path: &str, others: &[&str]) -> Problem {
-    if others.is_empty() {
-        let detail = format!("there is nothing at {path}");
-        return Problem::new(Kind::NoSuchThing, detail, "/v1/docs lists all that there is");
-    }
-    let remedy = format!("it takes {}", others.join(", "));
-    Problem::new(Kind::WrongMethod, format!("{path} takes no {method}"), remedy)
-}
-
-/// A part of an address, where `%41` is a byte.
-fn decoded(text: &str) -> Result<String, Problem> {
-    let wrong = || {
-        let remedy = "write it as %XX of UTF-8";
-        Problem::new(Kind::WrongRequest, "the address is no UTF-8", remedy)
-    };
-    let mut bytes = Vec::new();
-    let mut rest = text.as_bytes();
-    while let Some((first, after)) = rest.split_first() {
-        rest = after;
-        if *first != b'%' {
-            bytes.push(*first);
-            continue;
-        }
-        let digits = after.get(..2).and_then(|digits| std::str::from_utf8(digits).ok());
-        let byte = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
-        bytes.push(byte.ok_or_else(wrong)?);
-        rest = after.get(2..).unwrap_or_default();
-    }
-    String::from_utf8(bytes).map_err(|_| wrong())
-}
-
-/// A moment of the page in nanoseconds; what is no moment is the beginning.
-fn nanos(ms: f64) -> u64 {
-    // What is too large or no number is cut to what there is.
-    (ms * 1e6).round() as u64
 }

@@ -7,6 +7,8 @@
 //! As WebAssembly it imports nothing; [`wasm`] is how JavaScript calls it.
 
 mod acts;
+mod ask;
+mod call;
 mod desk;
 mod kept;
 mod live;
@@ -14,8 +16,10 @@ mod own;
 mod pace;
 mod past;
 mod recorder;
+mod served;
 mod snapshots;
 pub mod wasm;
 mod work;
 
-pub use desk::{Desk, Reply};
+pub use ask::Reply;
+pub use desk::Desk;

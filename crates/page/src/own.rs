@@ -13,8 +13,9 @@ use vimc4_control::{Clock, Source};
 use vimc4_device::{Device, LineState, Names, OwnedInput, unescape};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
-use crate::desk::{Answer, Outcome, Served};
+use crate::call::{Answer, Outcome};
 use crate::live::Live;
+use crate::served::Served;
 use crate::snapshots::Snapshots;
 
 /// Which controller is wanted.

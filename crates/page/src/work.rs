@@ -11,7 +11,8 @@ use vimc4_debug::Piece;
 use vimc4_device::{Condition, Device};
 use vimc4_script::{Host, Kind as Sort, Script, is_job, number, storing, takes_jobs, target};
 
-use crate::desk::{Answer, Outcome, Served};
+use crate::call::{Answer, Outcome};
+use crate::served::Served;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
