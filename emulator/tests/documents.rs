@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 23] = [
+const PAGES: [(&str, &str); 24] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/api.md", include_str!("../../docs/api.md")),
@@ -28,6 +28,7 @@ const PAGES: [(&str, &str); 23] = [
     ("docs/ctl.md", include_str!("../../docs/ctl.md")),
     ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
+    ("docs/editors.md", include_str!("../../docs/editors.md")),
     ("docs/install.md", include_str!("../../docs/install.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
     ("docs/panel.md", include_str!("../../docs/panel.md")),
@@ -48,6 +49,7 @@ const PAGES: [(&str, &str); 23] = [
 const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("README.md", "cd ", "part of the one before"),
     ("", "cargo ", "builds or tests what is being tested; `.ci/run` does"),
+    ("docs/editors.md", "cd ", "begins the building of the extension; `.ci/run` does that"),
     ("docs/install.md", "cd ", "part of the one before"),
     ("docs/install.md", "vimc4 console session.jsonl", "needs the recording of a test that failed"),
     ("docs/library.md", "export ", "emulator/tests/recipes.rs"),

@@ -20,7 +20,7 @@ use vimc4::{Button, Clock, Emulator, Event, Motion, Point};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{LIMIT, Process, VIMC4, pseudo_terminal, until, vimc4};
+use process::{Chatter, LIMIT, Process, VIMC4, pseudo_terminal, until, vimc4};
 
 /// Lines, an arc off the raster, a helix, a turning axis, holes, a work-piece zero.
 const JOB: &str = "\
@@ -1258,29 +1258,21 @@ fn g_code_is_told_so_before_anything_else() {
 fn a_line_that_chatters_is_not_waited_for() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\n");
     // From the beginning, and from the first question on.
-    for waits in [false, true] {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = listener.local_addr().unwrap().to_string();
-        let (came, comes) = channel();
-        thread::spawn(move || {
-            for mut client in listener.incoming().map(Result::unwrap) {
-                came.send(()).unwrap();
-                if waits {
-                    let _ = client.read(&mut [0; 9]);
-                }
-                while client.write_all(b"0").is_ok() {
-                    thread::sleep(Duration::from_millis(10));
-                }
-            }
+    for once_asked in [false, true] {
+        let line = Chatter::new(once_asked);
+        line.at(|address| {
+            let (code, _, err) = process::run(&folder, &["send", "job.ncp", "--to", address]);
+            let why = err.contains("never falls silent") || err.contains("no end of it");
+            (code == 1 && why).then_some(()).ok_or(err)
         });
-        let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
-        assert!(err.contains("never falls silent") || err.contains("no end of it"), "{err}");
-        comes.recv_timeout(LIMIT).unwrap();
         // Nor does it keep anybody waiting who ends it.
-        let mut child = sending(&folder, &["job.ncp", "--to", &port]);
-        comes.recv_timeout(LIMIT).unwrap();
-        kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
-        assert_ne!(child.wait().unwrap().code(), Some(1));
+        line.at(|address| {
+            let mut child = sending(&folder, &["job.ncp", "--to", address]);
+            line.comes();
+            kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+            let code = child.wait().unwrap().code();
+            (code != Some(1)).then_some(()).ok_or_else(|| "it waited".to_owned())
+        });
     }
 }
 

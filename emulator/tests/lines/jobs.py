@@ -44,6 +44,22 @@ def echoes(word):
     expect(word + b"\r\n" + word + b"\r\n")
 
 
+def in_foreground(name):
+    """Waits until the terminal belongs to the program of this name: keys then reach it."""
+    end = time.monotonic() + 20
+    while True:
+        try:
+            with open(f"/proc/{os.tcgetpgrp(terminal)}/comm") as comm:
+                has = comm.read().strip()
+        except FileNotFoundError:
+            has = "what has just ended"
+        if has == name:
+            return
+        if time.monotonic() > end:
+            sys.exit(f"{name} does not get the terminal, which {has} has")
+        time.sleep(0.02)
+
+
 CTRL_C, CTRL_Z = b"\x03", b"\x1a"
 
 # Stopped, woken, stopped for reading in the background, woken, interrupted.
@@ -57,7 +73,7 @@ expect(b"lines")
 echoes(b"two")
 keys(CTRL_Z)
 expect(b"Stopped")
-run("bg; sleep 0.5; jobs")
+run("bg; until [ \"$(jobs -s)\" ]; do sleep 0.1; done; jobs")
 expect(b"Stopped")
 run("fg")
 expect(b"lines")
@@ -69,12 +85,12 @@ expect(b"\r\ncode=130\r\n")
 # A shell within that has jobs of its own.
 run(f"{LINES} bash --norc --noprofile --noediting -i")
 run("sleep 100")
-time.sleep(0.5)
+in_foreground("sleep")
 keys(CTRL_Z)
 expect(b"Stopped")
 run("fg")
 expect(b"sleep 100\r\n")
-time.sleep(0.5)
+in_foreground("sleep")
 keys(CTRL_C)
 run("exit 5")
 run("echo code=$?")
@@ -87,7 +103,7 @@ run("fg")
 expect(b"\r\nwoken\r\n")
 
 # In the background a debugger may stop the program, and the answers go on.
-run(f"{LINES} sleep 100 & sleep 0.5; pkill -STOP -P $! sleep; sleep 0.3; echo state=$(ps -o stat= -p $!)")
+run(f"{LINES} sleep 100 & until pkill -STOP -P $! sleep; do sleep 0.1; done; sleep 0.3; echo state=$(ps -o stat= -p $!)")
 expect(b"\r\nstate=S")
 run("kill -CONT %1; kill %1; wait %1; echo code=$?")
 expect(b"code=143\r\n")

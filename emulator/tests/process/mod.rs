@@ -1,7 +1,7 @@
 //! The program as a process of its own: started, talked to, waited for, and gone with its test.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -60,6 +60,59 @@ pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) {
     while !holds() {
         assert!(begun.elapsed() < LIMIT, "{what}");
         thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A line that is never silent: it says `0` every few milliseconds to one client after the other.
+pub(crate) struct Chatter {
+    address: String,
+    came: Receiver<()>,
+    /// The longest pause in what each client was told.
+    pauses: Receiver<Duration>,
+}
+
+impl Chatter {
+    /// From the beginning, or once it is asked something.
+    pub(crate) fn new(once_asked: bool) -> Chatter {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let (comes, came) = channel();
+        let (pause, pauses) = channel();
+        thread::spawn(move || {
+            for mut client in listener.incoming().map(Result::unwrap) {
+                let _ = comes.send(());
+                if once_asked {
+                    let _ = client.read(&mut [0; 9]);
+                }
+                let (mut longest, mut said) = (Duration::ZERO, Instant::now());
+                while client.write_all(b"0").is_ok() {
+                    longest = longest.max(said.elapsed());
+                    said = Instant::now();
+                    thread::sleep(Duration::from_millis(5));
+                }
+                let _ = pause.send(longest.max(said.elapsed()));
+            }
+        });
+        Chatter { address, came, pauses }
+    }
+
+    /// Waits until the next client has come.
+    pub(crate) fn comes(&self) {
+        self.came.recv_timeout(LIMIT).unwrap();
+    }
+
+    /// Nothing wrong is found by a client. Where the computer had no time for the line, the client may
+    /// have heard silence, and it is tried again.
+    pub(crate) fn at(&self, mut found: impl FnMut(&str) -> Result<(), String>) {
+        const SILENCE: Duration = Duration::from_millis(20);
+        let mut is_fine = || {
+            while self.came.try_recv().is_ok() {}
+            let outcome = found(&self.address);
+            let pause = self.pauses.recv_timeout(LIMIT).unwrap();
+            outcome.inspect_err(|wrong| assert!(pause > SILENCE, "{wrong}")).is_ok()
+        };
+        let tried = (0..20).any(|_| is_fine());
+        assert!(tried, "the computer is too busy for a line that is never silent");
     }
 }
 

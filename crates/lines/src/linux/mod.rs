@@ -19,7 +19,9 @@ use rustix::net::{
     AddressFamily, RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendAncillaryBuffer,
     SendAncillaryMessage, SendFlags, SocketFlags, SocketType, recvmsg, sendmsg, socketpair,
 };
-use rustix::process::{Pid, Signal, WaitOptions, getpgrp, getpid, kill_process};
+use rustix::process::{
+    Pid, Signal, WaitId, WaitIdOptions, WaitOptions, getpgrp, getpid, kill_process, waitid,
+};
 
 use self::supervisor::{Supervisor, Watch};
 use self::sys::{Filter, Listener, Signals, Told};
@@ -286,7 +288,18 @@ impl Running {
         }
         let _ = kill_process(getpid(), Signal::STOP);
         // We go on from here; a signal that woke us alone is meant for the program too.
-        let _ = kill_process(self.program, Signal::CONT);
+        self.wake();
+    }
+
+    /// Wakes the program, unless something has happened to it since it was last seen to stop. Whoever
+    /// wakes our whole group has woken the program already, and a key may have stopped it again before
+    /// we came to run: it must then stay so, and we are to stop with it.
+    fn wake(&self) {
+        let news = WaitIdOptions::CONTINUED | WaitIdOptions::STOPPED;
+        let look = WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        if let Ok(None) = waitid(WaitId::Pid(self.program), news | look) {
+            let _ = kill_process(self.program, Signal::CONT);
+        }
     }
 
     /// Passes on a signal that was sent to us alone. What comes from the terminal goes to the whole
@@ -296,8 +309,10 @@ impl Running {
         if !PASSED_ON.contains(&told.signal) || by == self.program.as_raw_nonzero().get() {
             return;
         }
-        if let Some(signal) = Signal::from_named_raw(told.signal) {
-            let _ = kill_process(self.program, signal);
+        match Signal::from_named_raw(told.signal) {
+            Some(Signal::CONT) => self.wake(),
+            Some(signal) => drop(kill_process(self.program, signal)),
+            None => {}
         }
     }
 }
