@@ -99,20 +99,22 @@ impl State {
     }
 
     /// How many bytes are taken before CTS tells the host to wait. While execution waits for the
-    /// host, the host may also fill the room beyond the high-water mark; and a single command may
-    /// be even longer as long as there is nothing else to do. After a status nothing is held back,
-    /// even at the risk of loss: otherwise a host that has sent more than fits could tell the
-    /// controller neither to go on nor to begin anew.
+    /// host, the host may also fill the room beyond the high-water mark. With nothing else to do
+    /// a command is carried out as soon as it is whole: what has come of it takes no room, however
+    /// long it is. After a status nothing is held back, even at the risk of loss: otherwise a host
+    /// that has sent more than fits could tell the controller neither to go on nor to begin anew.
     pub(crate) fn room_before_high_water(&self) -> usize {
         if self.is_interrupted() {
             return usize::MAX;
         }
         let buffer = &self.model.buffer;
+        if self.is_free() && self.buffer.is_empty() {
+            return buffer.high_water;
+        }
         let used = self.buffer.bytes + self.reader.pending().len();
         let waits = self.stopped.is_some() || self.ball.open.is_some();
         let mark = if waits { buffer.bytes } else { buffer.high_water };
-        let alone = self.is_free() && self.buffer.is_empty();
-        mark.saturating_sub(used).max(usize::from(alone))
+        mark.saturating_sub(used)
     }
 
     /// Whether it is a command that continues an aborted one, and nothing moves yet.

@@ -27,8 +27,8 @@ fn a_host_waits_only_where_something_else_will_make_room() {
     assert_eq!(room("", false), 48);
     assert_eq!(room("PA9000,0;PR0,1;", false), 43, "what waits takes its bytes");
     assert_eq!(room(&format!("PA9000,0;PR{},1;", "0".repeat(46)), false), 0);
-    // A single command may be longer than all that.
-    assert_eq!(room(&format!("PA{}", "0".repeat(60)), false), 1);
+    // A single command may be longer than all that, and is taken in as large pieces as any.
+    assert_eq!(room(&format!("PA{}", "0".repeat(60)), false), 48);
     // What makes room may have to come from the host itself.
     assert_eq!(room("!ST;PR0,1;", false), 59);
     assert_eq!(room("!ES1;PA9000,0;PR0,1;", false), 43);
