@@ -16,8 +16,7 @@ const COMPILER: &str = "/usr/bin/rustc";
 
 /// Builds the program and says where it is.
 pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathBuf> {
-    let folder = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    let folder = folder.unwrap_or_else(|| root.join("target"));
+    let folder = folder(root);
     let mut cargo = Command::new("cargo");
     cargo.current_dir(root).args(["build", "--locked", "--package", "vimc4-emulator"]);
     cargo.args(["--target", target, "--profile", profile]);
@@ -42,8 +41,7 @@ pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathB
 /// Builds the controllers of a page, as WebAssembly, and says where they are.
 pub(crate) fn page(root: &Path) -> Outcome<PathBuf> {
     const TARGET: &str = "wasm32-unknown-unknown";
-    let folder = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    let folder = folder.unwrap_or_else(|| root.join("target"));
+    let folder = folder(root);
     let mut cargo = Command::new("cargo");
     // Of a crate that is a library for Rust at the same time the linker could leave out less.
     cargo.current_dir(root).args(["rustc", "--locked", "--package", "vimc4-page", "--lib"]);
@@ -62,6 +60,12 @@ pub(crate) fn page(root: &Path) -> Outcome<PathBuf> {
     cargo.env("CARGO_ENCODED_RUSTFLAGS", remapped(root).join("\x1f"));
     tool::run(&mut cargo)?;
     Ok(folder.join(TARGET).join("page").join("vimc4_page.wasm"))
+}
+
+/// Where cargo puts what it builds.
+pub(crate) fn folder(root: &Path) -> PathBuf {
+    let folder = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    folder.unwrap_or_else(|| root.join("target"))
 }
 
 /// The compiler's options that make the same of the same sources, wherever these are: where it was

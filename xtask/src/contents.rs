@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::archive::Entry;
+use crate::compile;
 use crate::tool::{self, Outcome, works};
 
 /// The shells, and the names that their files of completions have.
@@ -21,13 +22,15 @@ pub(crate) fn shared(
     programs: &[(&String, PathBuf)],
     licences: String,
 ) -> Outcome<Vec<Entry>> {
-    let runs = |path: &&PathBuf| works(Command::new(path).arg("--version"));
+    let runs = |path: &&PathBuf| {
+        tool::program(path).is_ok_and(|mut program| works(program.arg("--version")))
+    };
     let program = match programs.iter().map(|(_, path)| path).find(runs) {
         Some(path) => path.clone(),
         None => {
             let mut cargo = Command::new("cargo");
             tool::run(cargo.current_dir(root).args(["build", "--package", "vimc4-emulator"]))?;
-            root.join("target/debug/vimc4")
+            compile::folder(root).join("debug/vimc4")
         }
     };
     let panel = read(&root.join("crates/api/web/dist/licences.txt"))?;
@@ -46,11 +49,11 @@ pub(crate) fn shared(
         });
     }
     for (shell, name) in SHELLS {
-        let script = tool::run(Command::new(&program).args(["completions", shell]))?;
+        let script = tool::run(tool::program(&program)?.args(["completions", shell]))?;
         entries.push(Entry::file(format!("completions/{name}"), script));
     }
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    tool::run(Command::new(&program).arg("man").arg(folder.path()))?;
+    tool::run(tool::program(&program)?.arg("man").arg(folder.path()))?;
     let pages = fs::read_dir(folder.path()).map_err(|error| error.to_string())?;
     for page in pages {
         let page = page.map_err(|error| error.to_string())?;

@@ -65,9 +65,10 @@ Example:
 Examples:
   cargo xtask try target/packages/*.tar.gz target/packages/*.deb
 
-It needs Linux with `unshare` and `mount`, and for a Debian package root and `dpkg`.")]
+It needs Linux with `unshare` and `mount`, and for a Debian package root and `dpkg`. What is for another
+processor is run by QEMU, of Debian's `qemu-user-static`.")]
     Try {
-        /// Archives (.tar.gz) and Debian packages (.deb) for this system
+        /// Archives (.tar.gz) and Debian packages (.deb) for Linux
         #[arg(required = true)]
         packages: Vec<PathBuf>,
     },

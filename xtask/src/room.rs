@@ -52,8 +52,9 @@ fn unpack(package: &Path, room: &Path) -> Outcome<String> {
 
 fn dpkg(room: &Path) -> Command {
     let mut dpkg = Command::new("dpkg");
-    dpkg.arg(format!("--root={}", room.display()))
-        .args(["--log=/dev/null", "--force-script-chrootless"]);
+    dpkg.arg(format!("--root={}", room.display()));
+    // The package may be for another processor, which is emulated.
+    dpkg.args(["--log=/dev/null", "--force-script-chrootless", "--force-architecture"]);
     dpkg
 }
 
@@ -111,7 +112,12 @@ fn inside(room: &Path, command: &str) -> Command {
 
 /// Starts `serve`, asks for three axes, and gives the time to the answer, and the program's version.
 fn first_answer(room: &Path, folder: &str) -> Outcome<(Duration, String)> {
-    let program = format!("/{folder}/vimc4");
+    let mut program = format!("/{folder}/vimc4");
+    if let Some(emulator) = tool::emulator_for(&room.join(folder).join("vimc4"))? {
+        let copied = fs::copy(&emulator, room.join("emulator"));
+        copied.map_err(|error| format!("{}: {error}", emulator.display()))?;
+        program.insert_str(0, "/emulator ");
+    }
     let version = tool::line(&mut inside(room, &format!("{program} -V")))?;
     let begin = Instant::now();
     let mut serve = inside(room, &format!("{program} serve --tcp 127.0.0.1:0"));

@@ -1,5 +1,7 @@
 //! Programs that are run, and what they say.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -20,6 +22,44 @@ pub(crate) fn run(command: &mut Command) -> Outcome<Vec<u8>> {
         true => Ok(output.stdout),
         false => Err(format!("{name} failed ({}): {command:?}", output.status)),
     }
+}
+
+/// A program for Linux, started by QEMU where it is for another processor than this one.
+pub(crate) fn program(path: &Path) -> Outcome<Command> {
+    Ok(match emulator_for(path)? {
+        None => Command::new(path),
+        Some(emulator) => {
+            let mut command = Command::new(emulator);
+            command.arg(path);
+            command
+        }
+    })
+}
+
+/// QEMU's emulator for a program of another processor, as one file that needs no other.
+pub(crate) fn emulator_for(program: &Path) -> Outcome<Option<PathBuf>> {
+    let mut head = [0; 20];
+    File::open(program)
+        .and_then(|mut file| file.read_exact(&mut head))
+        .map_err(|error| format!("{}: {error}", program.display()))?;
+    // Here an ELF file says which processor it is for.
+    let processor = match (&head[..4], u16::from_le_bytes([head[18], head[19]])) {
+        (b"\x7fELF", 62) => "x86_64",
+        (b"\x7fELF", 183) => "aarch64",
+        _ => return Ok(None),
+    };
+    if processor == std::env::consts::ARCH {
+        return Ok(None);
+    }
+    let name = format!("qemu-{processor}-static");
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let mut places = std::env::split_paths(&paths).map(|folder| folder.join(&name));
+    places.find(|path| path.is_file()).map(Some).ok_or_else(|| {
+        format!(
+            "{} is for {processor}, and {name} is not here; `apt install qemu-user-static` brings it",
+            program.display()
+        )
+    })
 }
 
 /// The first line of a program's output.
