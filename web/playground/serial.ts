@@ -25,6 +25,12 @@ const BREAK = 253;
 /** So long after the last byte an answer counts as whole, in ms. */
 const QUIET = 300;
 
+/** Of what is said to one line so many bytes are shown and compared; answers are far shorter. */
+const SHOWN = 4_096;
+/** So much of a conversation is kept, in bytes, and what each piece of it costs besides. */
+const KEPT = 32_000_000;
+const PIECE = 64;
+
 /** The line to a real controller: what went over it, and what it said to each line of the virtual one. */
 class Line {
   readonly exchanges: Exchange[] = [];
@@ -32,6 +38,9 @@ class Line {
   readonly began = Date.now();
   /** When the last byte came, by the clock of the page. */
   heard = 0;
+  /** More was said than is kept. */
+  isFull = false;
+  private size = 0;
   private readonly first = performance.now();
   private sentAt = 0;
   private bytes: number[] = [];
@@ -62,7 +71,7 @@ class Line {
       this.exchanges.push({ line, real: nothing(), virtual: nothing(), causes: [] });
       this.sentAt = performance.now();
     }
-    this.passed.push({ at: this.since(), in: String.fromCharCode(...bytes) });
+    this.keep(bytes.length, { at: this.since(), in: String.fromCharCode(...bytes) });
     try {
       await writer.write(Uint8Array.from(bytes));
     } finally {
@@ -89,11 +98,17 @@ class Line {
 
   private take(bytes: Uint8Array): void {
     this.heard = performance.now();
-    this.passed.push({ at: this.since(), out: String.fromCharCode(...bytes) });
-    this.bytes.push(...bytes);
+    this.keep(bytes.length, { at: this.since(), out: Array.from(bytes, (byte) => String.fromCharCode(byte)).join("") });
+    this.bytes.push(...bytes.subarray(0, SHOWN - this.bytes.length));
     const exchange = this.exchanges.at(-1);
     if (exchange) exchange.real = { bytes: escaped(this.bytes), after: this.heard - this.sentAt };
     this.onChange(false);
+  }
+
+  private keep(bytes: number, piece: Passed): void {
+    this.size += bytes + PIECE;
+    this.isFull ||= this.size > KEPT;
+    if (!this.isFull) this.passed.push(piece);
   }
 
   async close(): Promise<void> {
@@ -244,7 +259,8 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
           else setTimeout(() => app.changed(), QUIET);
         }
       }
-      put(state, last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "");
+      const said = last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "";
+      put(state, it.kept?.isFull ? tell("full") : said);
       rows.from(exchanges, () => exchanges.map((exchange) => {
         const found = verdict(exchange, exchange === last);
         const cell = ({ bytes, after }: Exchange["real"]) =>

@@ -46,6 +46,10 @@ const TABLE = {
   real: ["A real controller", "Eine echte Steuerung"],
   connect: ["Connect …", "Verbinden …"],
   disconnect: ["Disconnect", "Trennen"],
+  full: [
+    "More was said than the page keeps: what came last is not in a recording.",
+    "Es wurde mehr gesagt, als die Seite behält: Das Letzte fehlt in einer Aufzeichnung.",
+  ],
   baud: ["Baud rate", "Baudrate"],
   noSerial: [
     "This browser cannot open serial ports. Chromium, Chrome and Edge can, and Firefox from version 151.",

@@ -245,6 +245,38 @@ for (const name of ["chromium", "firefox"]) {
   });
 }
 
+test("a real line that never falls silent fills neither the page nor its memory", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const tab = await own.tab();
+    await tab.before(() => {
+      const noise = new Uint8Array(65_536).fill(85);
+      const port = {
+        open: async () => {},
+        close: async () => {},
+        readable: new ReadableStream({ pull: (stream) => new Promise((soon) => setTimeout(() => (stream.enqueue(noise), soon()))) }),
+        writable: new WritableStream(),
+      };
+      Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
+    });
+    await tab.goto(site.url);
+    await tab.seen(".link", "runs in this page");
+    await tab.click(".bench .real-one");
+    await tab.click('.real input[type="checkbox"]');
+    await tab.click(".real button", "Connect");
+    await tab.write(".real form input", "@0P");
+    await tab.press("Enter");
+    await tab.seen(".real .note", "More was said than the page keeps");
+    assert.equal(await tab.look(() => document.querySelector(".exchanges td code").textContent.length), 4_096);
+    await tab.click(".real button", "Disconnect");
+    assert.deepEqual(tab.complaints, []);
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
 test("axe finds nothing to complain of, whatever is open, in both languages, light, dark and small", { skip: absent }, async () => {
   const axe = await readFile(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
   const site = await host();
