@@ -82,7 +82,7 @@ test("a recording is scrubbed, by keys and by its entries, and nothing in it can
   });
 });
 
-/** So many motions, of which each has some eight entries. With 13,000 it is as long as it can be without loss. */
+/** So many motions, of which each has some eight entries. With 12,000 it is as long as it can be without loss. */
 const MOTIONS = Number(process.env.FILM_MOTIONS ?? 1_500);
 
 test("a long recording is small, opens and is scrubbed", async () => {
