@@ -7,6 +7,7 @@ use miette::{
     Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode, SourceSpan,
 };
 use thiserror::Error;
+use vimc4_answers::problem::parted;
 
 use crate::text;
 
@@ -59,7 +60,7 @@ impl Failure {
     fn new(text: &str, code: u8) -> Failure {
         // It contains names of files and lines of jobs, which are foreign text.
         let text = &text::shown(text);
-        let (message, help) = match text.split_once("; ") {
+        let (message, help) = match parted(text) {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
             None => (text.to_owned(), None),
         };

@@ -6,9 +6,10 @@
 //! stays until it is taken there.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
-use vimc4_answers::past::{is_on_way, way};
+use vimc4_answers::past::{Lived, is_on_way, way};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::{
     Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
@@ -57,12 +58,14 @@ pub(crate) struct Live {
     emulator: Option<Emulator>,
     /// Whether it is left to others without the debugger.
     goes_on_alone: bool,
-    /// Whether it was paused already, and nobody has let it go on since.
-    stays_paused: bool,
+    /// Whether somebody else has paused it, and nobody has let it go on since.
+    stays_paused: Arc<AtomicBool>,
     control: Control,
     reports: Option<Reports>,
     /// Where in the history it is.
     place: Place,
+    /// How far it has been on each branch that it has left.
+    lived: Lived,
     /// Its breakpoints while it runs.
     set: Vec<vimc4::BreakpointId>,
     /// From where it was let go, while it runs.
@@ -125,14 +128,15 @@ impl Live {
         let past = past(&controller);
         let is_remembered = past.is_some();
         let mut debugger = past.map_or_else(|| Debugger::new(controller), Debugger::over);
-        let place = debugger.place();
+        let (place, lived) = (debugger.place(), Lived::all(debugger.history()));
         let mut live = Live {
             emulator: None,
             goes_on_alone: true,
-            stays_paused,
+            stays_paused: Arc::new(stays_paused.into()),
             control,
             reports: Some(reports),
             place,
+            lived,
             set: Vec::new(),
             running_from: None,
             until: Until::Paused,
@@ -156,6 +160,16 @@ impl Live {
 
     pub(crate) fn is_running(&self) -> bool {
         self.running_from.is_some()
+    }
+
+    /// Whether it stays paused without the debugger. Others may want that at any time.
+    #[cfg(feature = "api")]
+    pub(crate) fn stays_paused(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stays_paused)
+    }
+
+    fn goes_on_with_others(&self) {
+        self.stays_paused.store(false, Ordering::Relaxed);
     }
 
     // --- while time is paused ---
@@ -214,6 +228,7 @@ impl Live {
     #[cfg(feature = "api")]
     pub(crate) fn catch_up(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
         if self.control.paused().wait().map_err(failed)?.is_none() {
+            self.goes_on_with_others();
             self.control.pause().wait().map_err(failed)?;
         }
         let mut news = Vec::new();
@@ -335,10 +350,7 @@ impl Live {
         debugger.history_mut().go_to_end(heading);
         debugger.history_mut().go_back_to(end);
         debugger.history_mut().drain();
-        let state = debugger.device().state();
-        if self.state()? != state {
-            self.put(state)?;
-        }
+        self.put_state(debugger)?;
         self.place = end;
         self.forget_reports();
         Ok(end == here)
@@ -346,6 +358,12 @@ impl Live {
 
     fn state(&self) -> Result<State, Failed> {
         Ok(self.control.controller().wait().map_err(failed)?.device().state())
+    }
+
+    /// Puts the controller into the state that the debugger looks at, if it is in another.
+    fn put_state(&self, debugger: &Debugger) -> Result<(), Failed> {
+        let state = debugger.device().state();
+        if self.state()? == state { Ok(()) } else { self.put(state) }
     }
 
     fn put(&self, state: State) -> Result<(), Failed> {
@@ -415,15 +433,39 @@ impl Live {
         format!("{at} on {}", name.unwrap_or_default())
     }
 
-    /// Takes the controller itself to where the debugger is, and says what came of it. Clients get
-    /// nothing of the way there, and what was recorded after it does not come again.
-    pub(crate) fn take(&mut self, debugger: &mut Debugger) -> Result<String, Failed> {
+    /// Takes the controller itself to where the debugger is, and says what came of it. It is put to where it
+    /// has been last on the way there, of which clients get nothing again, and led on from that, so that
+    /// they get what they have not had. What was recorded after it does not come again.
+    pub(crate) fn take(
+        &mut self,
+        debugger: &mut Debugger,
+        progress: &mut Progress<'_>,
+    ) -> Result<String, Failed> {
         if self.is_here(debugger) {
             return Ok("the controller is here already".to_owned());
         }
+        let history = debugger.history_mut();
+        if history.is_at_end() {
+            // What was just given takes effect now.
+            let now = history.now();
+            history.run_to(now);
+            history.drain();
+        }
+        let (here, heading) = (history.present(), history.heading());
+        self.lived.came_to(history, self.place);
+        let known = self.lived.last_on_way(history, here);
+        if known != here {
+            history.go_to(known);
+            self.put_state(debugger)?;
+            self.place = known;
+            debugger.history_mut().go_to_end(heading);
+            debugger.history_mut().go_back_to(here);
+            debugger.history_mut().drain();
+            self.lead(debugger, true, progress)?;
+        }
         self.put_here(debugger)?;
         self.forget_reports();
-        self.stays_paused = false;
+        self.goes_on_with_others();
         let place = self.shown_place(debugger);
         Ok(format!("the controller is at {place} now and goes on from there"))
     }
@@ -448,10 +490,7 @@ impl Live {
             }
         }
         history.drain();
-        let state = debugger.device().state();
-        if self.state()? != state {
-            self.put(state)?;
-        }
+        self.put_state(debugger)?;
         self.place = debugger.place();
         Ok(())
     }
@@ -504,7 +543,7 @@ impl Live {
     /// Time goes on.
     fn goes_on(&mut self) -> Result<(), Failed> {
         self.running_from = Some(self.place);
-        self.stays_paused = false;
+        self.goes_on_with_others();
         self.forget_reports();
         self.control.resume().wait().map_err(failed)?;
         Ok(())
@@ -623,7 +662,7 @@ impl Drop for Live {
             for breakpoint in self.set.drain(..) {
                 drop(self.control.remove_breakpoint(breakpoint));
             }
-            if !self.stays_paused {
+            if !self.stays_paused.load(Ordering::Relaxed) {
                 drop(self.control.resume());
             }
         }

@@ -9,6 +9,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, ExitCode, Output};
 use std::thread;
+use std::time::Duration;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::{Value, json};
@@ -184,6 +185,11 @@ fn the_debugger_goes_forward_and_back() -> Outcome {
     assert_eq!(x("/position")["axes"]["X"], 898);
     assert!(debug("what if press stop").1.contains("says  F"));
     assert_eq!((debug("nonsense").0, debug("screen").0), (422, 422));
+    // Whoever tells it to end has ended it.
+    assert_eq!(debug("quit"), (200, String::new()));
+    assert_eq!(x("/history")["open"], false);
+    assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).1["effect"], "nothing");
+    assert_eq!(debug("where").0, 200);
     assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).1["effect"], "something");
     assert_eq!(x("/clock")["paused"], Value::Null);
     let idle = json!({ "condition": "idle" });
@@ -356,6 +362,87 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     Ok(())
 }
 
+/// A host gets what the controller says on a branch when that is taken, and nothing twice.
+fn a_host_gets_what_it_has_not_had() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, ready, address) = serve(folder.path(), &["--time", "real", "--web"]);
+    let ask = |path: &str, body: Value| {
+        let (status, said) = request(&address, "POST", path, &body);
+        assert_eq!(status, 200, "{path} {body}: {said}");
+        said
+    };
+    let mut host = connect(process::tcp(&ready, 0));
+    assert_eq!(process::ask(&mut host, "@01\r", 1), "0");
+    host.write_all(b"@0A9000,900\r")?;
+    ask("/clock/run-until", json!({ "condition": "x > 400" }));
+    let now = ask("/history/go", json!({}))["at"].as_u64().ok_or("no time")?;
+    let before = |ms: u64| json!({ "branch": 0, "at": now - ms * 1_000_000 });
+    let mut got = |text: &str| {
+        let mut bytes = vec![0; text.len()];
+        host.set_read_timeout(Some(Duration::from_secs(10)))?;
+        host.read_exact(&mut bytes)?;
+        assert_eq!(String::from_utf8_lossy(&bytes), text);
+        host.set_read_timeout(Some(Duration::from_millis(200)))?;
+        assert!(host.read(&mut [0]).is_err(), "there is more than {text}");
+        Ok::<(), Failed>(())
+    };
+    ask("/history/go", before(300));
+    ask("/history/do", json!({ "order": "hold estop" }));
+    got("")?;
+    ask("/history/take", Value::Null);
+    got("9")?;
+    // The host has had what happened up to here.
+    ask("/history/go", before(200));
+    ask("/history/take", Value::Null);
+    got("")?;
+    // To the end of another future, which comes while the motion brakes.
+    ask("/history/go", before(250));
+    let other = ask("/history/do", json!({ "order": "press stop" }));
+    ask("/history/go", json!({ "branch": other["branch"] }));
+    ask("/history/take", Value::Null);
+    got("F")?;
+    assert_eq!(request(&address, "DELETE", "/debugger", &Value::Null).0, 200);
+    let (_, said) = request(&address, "GET", "/journal?kinds=answer", &Value::Null);
+    let said = said["entries"].as_array().ok_or("no entries")?.clone();
+    let said: Vec<&str> = said.iter().filter_map(|entry| entry["bytes"].as_str()).collect();
+    assert_eq!(said, ["0", "9", "F"]);
+    Ok(())
+}
+
+/// What somebody has written is quoted whole, with semicolons of its own.
+fn what_is_wrong_is_quoted_whole() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "real", "--web"]);
+    for (path, body, detail, remedy) in [
+        (
+            "/expectations",
+            json!({ "expect": "command @A, never; then" }),
+            "this cannot be expected: nothing follows `; then`",
+            "go on as in `command @A, never; then x > 100, once`",
+        ),
+        (
+            "/orders",
+            json!({ "order": "cover open; shut" }),
+            "`cover open; shut` is wrong at `open; shut`: `cover` cannot be `open; shut`",
+            "it can be open or closed",
+        ),
+        (
+            "/debugger",
+            json!({ "line": "take now" }),
+            "nothing follows `take`, and here does `now`",
+            "the line `help` lists all",
+        ),
+    ] {
+        let (status, said) = request(&address, "POST", path, &body);
+        assert_eq!((status, &said["detail"]), (422, &json!(detail)), "{said}");
+        assert_eq!(said["remedy"], remedy);
+    }
+    // And what is right is.
+    let right = json!({ "expect": "command @A, never; then x > 100, once" });
+    assert_eq!(request(&address, "POST", "/expectations", &right).0, 200);
+    Ok(())
+}
+
 /// Whoever looks, asks or leaves changes nothing but what they mean to.
 fn those_who_look_are_in_nobodys_way() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -408,6 +495,17 @@ fn those_who_look_are_in_nobodys_way() -> Outcome {
     {
         assert_eq!(ask("POST", path, body).0, 422, "{path}");
         assert_eq!(get("/clock")["paused"], Value::Null, "{path}");
+    }
+
+    // A pause that somebody makes meanwhile outlasts the debugger, unless time is let go on.
+    for (then, stays) in [(None, true), (Some("/clock/resume"), false)] {
+        ask("POST", "/history/go", json!({ "at": later }));
+        assert_eq!(ask("POST", "/clock/pause", Value::Null).0, 200);
+        then.map(|path| ask("POST", path, Value::Null));
+        ask("POST", "/history/go", json!({ "at": later }));
+        ask("DELETE", "/debugger", Value::Null);
+        assert_eq!(get("/clock")["paused"].is_object(), stays, "{then:?}");
+        ask("POST", "/clock/resume", Value::Null);
     }
 
     // What was sent in the debugger arrives when that is closed.
@@ -516,6 +614,8 @@ fn main() -> ExitCode {
             the_past_is_looked_at_branches_and_is_taken_over,
         ),
         trial("those_who_look_are_in_nobodys_way", "", those_who_look_are_in_nobodys_way),
+        trial("a_host_gets_what_it_has_not_had", "", a_host_gets_what_it_has_not_had),
+        trial("what_is_wrong_is_quoted_whole", "", what_is_wrong_is_quoted_whole),
         trial("a_recording_is_one_page", "", a_recording_is_one_page),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];

@@ -821,6 +821,7 @@ fn a_controller_elsewhere_is_debugged_in_the_same_words() {
         "print 1 +\n",
         "source none.txt\n",
         "controller 2\n",
+        "take now\n",
     ] {
         let [here, elsewhere] = here_and_elsewhere(folder, wrong);
         assert_eq!(here.0, 1);
@@ -833,7 +834,7 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let given = ["--machine", "mill", "--pty", "none", "--time", "100x", "--web", "--count", "2"];
-    let (_serve, ready) = Process::serve(folder, &given);
+    let (mut serve, ready) = Process::serve(folder, &given);
     let url = ready["http"].as_str().unwrap();
     let clock =
         |number: &str| run(folder, &["ctl", "--url", url, "--controller", number, "clock"]).1;
@@ -923,4 +924,17 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
         let (code, _, said) = run(folder, &[&["console"], arguments].concat());
         assert!(code == 2 && said.contains(right), "{arguments:?}: {code} {said}");
     }
+    // A server that ends is no client that has closed the debugger.
+    let mut console = begin(&["--controller", "1"]);
+    console.give("where\n");
+    assert_eq!(console.line(), "> where");
+    assert!(console.line().contains("idle"));
+    serve.signal(rustix::process::Signal::KILL);
+    serve.ended();
+    process::until("it is noticed", || {
+        let _ = console.input.as_mut().unwrap().write_all(b"where\n");
+        console.child.try_wait().unwrap().is_some()
+    });
+    let (code, said) = console.end();
+    assert!(code == Some(1) && said.contains("running there?"), "{code:?} {said}");
 }

@@ -86,6 +86,8 @@ export interface Signal {
 export interface Clock {
   now: number;
   clock: string;
+  /** Which clocks can take its place: any speed, or those of these names. */
+  changes_to: string[];
   paused: { at: number; by: string | null; breakpoints: number[] } | null;
 }
 

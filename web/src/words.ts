@@ -139,6 +139,7 @@ const TABLE = {
   add: ["Add", "Hinzufügen"],
   remove: ["Remove", "Entfernen"],
   moments: ["Moments", "Momente"],
+  moment: ["Moment", "Moment"],
   takeMoment: ["Keep this moment", "Diesen Moment festhalten"],
   goBack: ["Go back there", "Dorthin zurück"],
   none: ["none", "keine"],

@@ -1,5 +1,7 @@
 //! The past of a controller, as it is asked for and answered.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_control::{Report, Sink, What};
@@ -232,6 +234,37 @@ pub fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
         way.push(parted);
     }
     way
+}
+
+/// How far the controller itself has come on each branch. What it has sent there is with its clients.
+#[derive(Clone, Debug, Default)]
+pub struct Lived(BTreeMap<BranchId, Moment>);
+
+impl Lived {
+    /// A history of which everything has really happened.
+    #[must_use]
+    pub fn all<D: Device>(history: &History<D>) -> Lived {
+        Lived(history.branches().map(|branch| (branch.id, branch.end)).collect())
+    }
+
+    /// The controller itself has come to a place.
+    pub fn came_to<D: Device>(&mut self, history: &History<D>, place: Place) {
+        for Place { branch, moment } in way(history, place) {
+            let farthest = self.0.entry(branch).or_insert(moment);
+            *farthest = moment.max(*farthest);
+        }
+    }
+
+    /// Where the controller itself has been last on the way to a place.
+    #[must_use]
+    pub fn last_on_way<D: Device>(&self, history: &History<D>, place: Place) -> Place {
+        let mut way = way(history, place).into_iter();
+        way.find_map(|Place { branch, moment }| {
+            let farthest = *self.0.get(&branch)?;
+            Some(Place { branch, moment: moment.min(farthest) })
+        })
+        .unwrap_or(place)
+    }
 }
 
 /// Whether a place is on the way to another.

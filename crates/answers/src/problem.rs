@@ -62,6 +62,22 @@ pub const KINDS: [(Kind, &str, u16, &str); 12] = [
     (Kind::Ended, "ended", 503, "The controller has ended"),
 ];
 
+/// The errors of the library have the form `what is wrong; what would be right`: takes the two apart. What is
+/// quoted between backquotes may have semicolons of its own.
+///
+/// ```
+/// use vimc4_answers::problem::parted;
+///
+/// let text = "`cover a; b` is wrong at `a; b`; it can be open or closed";
+/// assert_eq!(parted(text), Some(("`cover a; b` is wrong at `a; b`", "it can be open or closed")));
+/// ```
+#[must_use]
+pub fn parted(text: &str) -> Option<(&str, &str)> {
+    let is_outside = |place: usize| text[..place].matches('`').count().is_multiple_of(2);
+    let (place, between) = text.match_indices("; ").find(|(place, _)| is_outside(*place))?;
+    Some((&text[..place], &text[place + between.len()..]))
+}
+
 /// What went wrong with a request: a problem document of RFC 9457, with the remedy.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -86,12 +102,19 @@ impl Problem {
         Problem { more: Some((field, value)), ..self }
     }
 
-    /// The errors of the library have the form `what is wrong; what would be right`.
+    /// An error of the library, with its remedy.
     #[must_use]
     pub fn of(kind: Kind, error: &impl Display) -> Problem {
-        let text = error.to_string();
-        let (detail, remedy) = text.split_once("; ").unwrap_or((&text, ""));
-        Problem::new(kind, detail, remedy)
+        Problem::said(kind, &error.to_string(), "")
+    }
+
+    /// What is wrong in a text, and what would be right; `otherwise` if that does not say it.
+    #[must_use]
+    pub fn said(kind: Kind, text: &str, otherwise: &str) -> Problem {
+        match parted(text) {
+            Some((detail, remedy)) => Problem::new(kind, detail, remedy),
+            None => Problem::new(kind, text, otherwise),
+        }
     }
 
     /// With this remedy, if it has none of its own. What is not met was asked for in the right way.

@@ -113,8 +113,9 @@ pub fn completions(names: &Names, line: &str) -> Value {
 
 /// The time, how it passes, and whether and why it stands still.
 #[must_use]
-pub fn clock(now: Time, clock: Clock, paused: Option<&Pause>) -> Value {
-    json!({ "now": now, "clock": clock.to_string(), "paused": paused.map(pause) })
+pub fn clock(now: Time, clock: Clock, paused: Option<&Pause>, changes_to: &[&str]) -> Value {
+    let paused = paused.map(pause);
+    json!({ "now": now, "clock": clock.to_string(), "paused": paused, "changes_to": changes_to })
 }
 
 /// Since when time stands still, and why.

@@ -234,7 +234,9 @@ pub(crate) async fn clock(call: Call) -> Outcome {
     let control = &call.controller()?.control;
     let (now, clock, paused) = (control.now(), control.clock(), control.paused());
     let (now, clock, paused) = (now.await?, clock.await?, paused.await?);
-    Answer::json(&seen::clock(now, clock, paused.as_ref()))
+    // One that runs by itself can change its speed, and that is all.
+    let changes_to: &[&str] = if clock.rate().is_some() { &["speed"] } else { &[] };
+    Answer::json(&seen::clock(now, clock, paused.as_ref(), changes_to))
 }
 
 pub(crate) async fn set_clock(call: Call) -> Outcome {
@@ -322,11 +324,16 @@ pub(crate) async fn cancel(call: Call) -> Outcome {
 }
 
 pub(crate) async fn pause(call: Call) -> Outcome {
-    Answer::json(&json!({ "now": call.controller()?.control.pause().await? }))
+    pause_or_go_on(&call, true).await
 }
 
 pub(crate) async fn resume(call: Call) -> Outcome {
-    Answer::json(&json!({ "now": call.controller()?.control.resume().await? }))
+    pause_or_go_on(&call, false).await
+}
+
+async fn pause_or_go_on(call: &Call, is_to_pause: bool) -> Outcome {
+    let Served { desk, control, .. } = call.controller()?;
+    Answer::json(&json!({ "now": desk.pause(control, is_to_pause).await? }))
 }
 
 pub(crate) async fn step(call: Call) -> Outcome {

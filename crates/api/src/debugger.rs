@@ -11,7 +11,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex, Semaphore, oneshot};
 use tokio::time::timeout;
-use vimc4::{Control, Names, Sink};
+use vimc4::{Control, ControlError, Names, Sink, Time};
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::HISTORY;
 use vimc4_answers::past::{DEBUGGER_REMEDY, Goal};
@@ -68,12 +68,20 @@ pub trait Debugging {
     fn is_over(&self) -> bool;
 }
 
-/// Ends what a debugger is doing, from another thread.
-pub type Cancel = Arc<dyn Fn() + Send + Sync>;
+/// What other threads may want of a debugger, whatever it does.
+pub trait Reins: Send + Sync {
+    /// Ends what it is doing.
+    fn cancel(&self);
+
+    /// Whether its controller stays paused when it is dropped.
+    fn stay_paused(&self, stays: bool);
+}
+
+/// A debugger, and what other threads have of it.
+pub type Reined = (Box<dyn Debugging>, Arc<dyn Reins>);
 
 /// Opens a debugger on a controller with its past, in the thread in which it is then used.
-pub type Open =
-    Arc<dyn Fn(&Control, &Memory) -> Result<(Box<dyn Debugging>, Cancel), String> + Send + Sync>;
+pub type Open = Arc<dyn Fn(&Control, &Memory) -> Result<Reined, String> + Send + Sync>;
 
 /// What is asked of a debugger.
 #[derive(Debug)]
@@ -181,7 +189,7 @@ pub(crate) struct Desk {
 /// A debugger that is open.
 struct Opened {
     asks: Sender<(Question, oneshot::Sender<Said>)>,
-    cancel: Cancel,
+    reins: Arc<dyn Reins>,
     /// One asks at a time.
     turn: Arc<Semaphore>,
     ended: oneshot::Receiver<()>,
@@ -216,23 +224,27 @@ impl Opened {
         !matches!(self.ended.try_recv(), Err(oneshot::error::TryRecvError::Empty))
     }
 
-    /// Returns when the controller goes on.
-    async fn close(self) {
-        let Opened { asks, cancel, ended, holder, .. } = self;
+    /// Returns when the controller goes on, and whether it was still open.
+    async fn close(mut self) -> bool {
+        let was_open = !self.is_over();
+        let Opened { asks, reins, ended, holder, .. } = self;
         drop(asks);
-        cancel();
-        let _ = ended.await;
+        if was_open {
+            reins.cancel();
+            let _ = ended.await;
+        }
         drop(holder);
+        was_open
     }
 }
 
 /// Ends what is under way when nobody waits for it any more.
-struct Asker(Option<Cancel>);
+struct Asker(Option<Arc<dyn Reins>>);
 
 impl Drop for Asker {
     fn drop(&mut self) {
-        if let Some(cancel) = &self.0 {
-            cancel();
+        if let Some(reins) = &self.0 {
+            reins.cancel();
         }
     }
 }
@@ -261,12 +273,12 @@ impl Desk {
         question: Question,
     ) -> Result<String, Problem> {
         let (answer, reply) = oneshot::channel();
-        let (asks, turn, cancel, was_open) = {
+        let (asks, turn, reins, was_open) = {
             let mut desk = self.opened.lock().await;
             let was_open = desk.as_mut().is_some_and(|opened| !opened.is_over());
             let opened = opened(&mut desk, open, control, memory).await?;
-            let (turn, cancel) = (Arc::clone(&opened.turn), Arc::clone(&opened.cancel));
-            (opened.asks.clone(), turn, cancel, was_open)
+            let (turn, reins) = (Arc::clone(&opened.turn), Arc::clone(&opened.reins));
+            (opened.asks.clone(), turn, reins, was_open)
         };
         let own = Arc::clone(&turn);
         let only_looks =
@@ -282,26 +294,26 @@ impl Desk {
         })?;
         asks.send((question, answer)).map_err(|_| gone())?;
         drop(asks);
-        let mut asker = Asker(Some(cancel));
+        let mut asker = Asker(Some(reins));
         let said = reply.await;
         asker.0 = None;
         drop(turn);
-        // What was refused has stopped no time.
-        if !was_open && !matches!(said, Ok(Ok(_))) {
-            let is_own =
-                |opened: &mut Opened| Arc::ptr_eq(&opened.turn, &own) && opened.holder.is_none();
-            let opened = self.opened.lock().await.take_if(is_own);
-            if let Some(opened) = opened {
-                opened.close().await;
-            }
+        // What was refused has stopped no time, and one that was told to end is there no more.
+        let is_refused = !was_open && !matches!(said, Ok(Ok(_)));
+        let mut desk = self.opened.lock().await;
+        let is_done = |opened: &mut Opened| {
+            Arc::ptr_eq(&opened.turn, &own)
+                && (opened.is_over() || is_refused && opened.holder.is_none())
+        };
+        if let Some(opened) = desk.take_if(is_done) {
+            opened.close().await;
         }
+        drop(desk);
         if !only_looks {
             self.has_changed();
         }
-        said.map_err(|_| gone())?.map_err(|Unsaid { kind, why }| {
-            let (detail, remedy) = why.split_once("; ").unwrap_or((&why, DEBUGGER_REMEDY));
-            Problem::new(kind, detail, remedy)
-        })
+        said.map_err(|_| gone())?
+            .map_err(|Unsaid { kind, why }| Problem::said(kind, &why, DEBUGGER_REMEDY))
     }
 
     /// Opens the debugger for a client, if it is not open: otherwise it stays open when the client has
@@ -335,9 +347,7 @@ impl Desk {
             opened.holder = None;
             return;
         }
-        let opened = desk.take_if(|opened| Arc::ptr_eq(&opened.turn, &held.turn));
-        drop(desk);
-        if let Some(opened) = opened {
+        if let Some(opened) = desk.take_if(|opened| Arc::ptr_eq(&opened.turn, &held.turn)) {
             opened.close().await;
             self.has_changed();
         }
@@ -346,7 +356,7 @@ impl Desk {
     /// Ends what the debugger is doing, which is then answered. Returns whether it is open.
     pub(crate) async fn cancel(&self) -> bool {
         match &*self.opened.lock().await {
-            Some(opened) => (opened.cancel)(),
+            Some(opened) => opened.reins.cancel(),
             None => return false,
         }
         true
@@ -354,10 +364,24 @@ impl Desk {
 
     /// Closes the debugger, and returns when the controller goes on. Returns whether it was open.
     pub(crate) async fn close(&self) -> bool {
-        let Some(opened) = self.opened.lock().await.take() else { return false };
-        opened.close().await;
+        let mut desk = self.opened.lock().await;
+        let Some(opened) = desk.take() else { return false };
+        let was_open = opened.close().await;
         self.has_changed();
-        true
+        was_open
+    }
+
+    /// Pauses the controller on behalf of a client, or lets it go on: an open debugger leaves it like that.
+    pub(crate) async fn pause(&self, control: &Control, is_to: bool) -> Result<Time, ControlError> {
+        // While this is held, none is being closed.
+        let desk = self.opened.lock().await;
+        if let Some(opened) = &*desk {
+            opened.reins.stay_paused(is_to);
+        }
+        match is_to {
+            true => control.pause().await,
+            false => control.resume().await,
+        }
     }
 }
 
@@ -375,10 +399,7 @@ async fn opened<'a>(
             return Err(Problem::new(Kind::NotNow, detail, remedy));
         };
         let opened = start(Arc::clone(open), control.clone(), memory.clone()).await;
-        *desk = Some(opened.map_err(|detail| {
-            let (detail, remedy) = detail.split_once("; ").unwrap_or((&detail, ""));
-            Problem::new(Kind::NotNow, detail, remedy)
-        })?);
+        *desk = Some(opened.map_err(|detail| Problem::said(Kind::NotNow, &detail, ""))?);
     }
     desk.as_mut().ok_or_else(gone)
 }
@@ -395,8 +416,8 @@ async fn start(open: Open, control: Control, memory: Memory) -> Result<Opened, S
     let serve = move || {
         match open(&control, &memory) {
             Err(wrong) => drop(opened.send(Err(wrong))),
-            Ok((mut debugger, cancel)) => {
-                let _ = opened.send(Ok(cancel));
+            Ok((mut debugger, reins)) => {
+                let _ = opened.send(Ok(reins));
                 for (question, asker) in asked {
                     let said = answer(&mut *debugger, question);
                     let is_over = debugger.is_over();
@@ -416,6 +437,6 @@ async fn start(open: Open, control: Control, memory: Memory) -> Result<Opened, S
     };
     let thread = thread::Builder::new().name("debugger".to_owned()).spawn(serve);
     thread.map_err(|error| format!("cannot start a thread: {error}"))?;
-    let cancel = opening.await.map_err(|_| "the debugger could not be opened".to_owned())??;
-    Ok(Opened { asks, cancel, turn: Arc::new(Semaphore::new(1)), ended, holder: None })
+    let reins = opening.await.map_err(|_| "the debugger could not be opened".to_owned())??;
+    Ok(Opened { asks, reins, turn: Arc::new(Semaphore::new(1)), ended, holder: None })
 }

@@ -51,7 +51,7 @@ mod served;
 mod server;
 mod table;
 
-pub use debugger::{Cancel, Debugging, Open};
+pub use debugger::{Debugging, Open, Reined, Reins};
 pub use film::Film;
 pub use guard::Token;
 pub use past::{Memory, Past};

@@ -220,7 +220,11 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("command @A answered within soon, once", "`soon` has no unit of time"),
         ("x > 1, once, within 5", "`5` has no unit of time"),
         ("x > 1, once, within -2 s", "`-2 s` is no time; write"),
-        ("x > 1, once; then", "say how often"),
+        (
+            "x > 1, once; then",
+            "nothing follows `; then`; go on as in `x > 1, once; then x > 100, once`",
+        ),
+        ("x > 1, once, and", "as in `x > 1, once, and x > 100, once`"),
         ("x > 1, at least 0 times", "is always so"),
         ("x > 1, 3 to once", "cannot come 3 times"),
         ("whenever x > 1", "one colon"),

@@ -233,7 +233,9 @@ fn everything_ends() -> Vec<OwnedInput> {
 
 fn clock(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    Answer::json(&seen::clock(live.now(), live.pace.clock, live.paused()))
+    // Nobody awaits a time here, so every clock can take the place of another.
+    let changes_to = ["speed", "manual", "instant"];
+    Answer::json(&seen::clock(live.now(), live.pace.clock, live.paused(), &changes_to))
 }
 
 fn set_clock(desk: &mut Desk, call: &Call) -> Outcome {
@@ -275,11 +277,15 @@ fn cancel(desk: &mut Desk, call: &Call) -> Outcome {
 }
 
 fn pause(desk: &mut Desk, call: &Call) -> Outcome {
-    now(desk.present(call)?.live.pause(page()))
+    let served = desk.present(call)?;
+    served.stays_paused(true);
+    now(served.live.pause(page()))
 }
 
 fn resume(desk: &mut Desk, call: &Call) -> Outcome {
-    now(desk.present(call)?.live.resume(call.moment, &page())?)
+    let served = desk.present(call)?;
+    served.stays_paused(false);
+    now(served.live.resume(call.moment, &page())?)
 }
 
 fn step(desk: &mut Desk, call: &Call) -> Outcome {

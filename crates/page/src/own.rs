@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use vimc4_answers::past::Lived;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known, quirky};
 use vimc4_catalogue::{Machine, Model, State, bare};
@@ -103,17 +104,15 @@ fn made(setup: &Setup) -> Result<Served, Problem> {
 }
 
 fn served(live: Live) -> Served {
-    Served { live, snapshots: Snapshots::default(), looks: None }
+    Served { live, snapshots: Snapshots::default(), looks: None, lived: Lived::default() }
 }
 
 /// A model where some quirks have other values.
 fn with_quirks(mut model: Model, quirks: &BTreeMap<String, Value>) -> Result<Model, Problem> {
     for (name, value) in quirks {
         let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        model = quirky(&model, name, &value).map_err(|why| {
-            let (detail, remedy) = why.split_once("; ").unwrap_or((&why, ""));
-            Problem::new(Kind::NotUnderstood, detail, remedy)
-        })?;
+        model = quirky(&model, name, &value)
+            .map_err(|why| Problem::said(Kind::NotUnderstood, &why, ""))?;
     }
     Ok(model)
 }

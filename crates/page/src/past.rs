@@ -16,8 +16,7 @@ use crate::desk::Desk;
 use crate::served::Served;
 
 fn wrong(wrong: String) -> Problem {
-    let (detail, remedy) = wrong.split_once("; ").unwrap_or((&wrong, DEBUGGER_REMEDY));
-    Problem::new(Kind::NotUnderstood, detail, remedy)
+    Problem::said(Kind::NotUnderstood, &wrong, DEBUGGER_REMEDY)
 }
 
 // --- the routes ---

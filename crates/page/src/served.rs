@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use serde_json::Value;
 use vimc4_answers::past::{
-    self, Goal, has_come_to, is_on_way, look_ahead, part_from_what_happened,
+    self, Goal, Lived, has_come_to, is_on_way, look_ahead, part_from_what_happened,
 };
 use vimc4_answers::seen;
 use vimc4_catalogue::Details;
@@ -29,6 +29,8 @@ pub(crate) struct Served {
     pub(crate) snapshots: Snapshots,
     /// Somebody looks at its past.
     pub(crate) looks: Option<Looks>,
+    /// How far it has been on each branch that it has left.
+    pub(crate) lived: Lived,
 }
 
 /// Somebody looks at the past; the controller's time stands still.
@@ -38,6 +40,8 @@ pub(crate) struct Looks {
     live: Place,
     /// Where was looked while something was done to the controller itself.
     away: Option<Place>,
+    /// Somebody else has paused it, and nobody has let it go on since.
+    stays_paused: bool,
 }
 
 impl Served {
@@ -63,9 +67,10 @@ impl Served {
     /// Opens the debugger, if it is not open.
     pub(crate) fn look(&mut self) {
         if self.looks.is_none() {
+            let stays_paused = self.live.paused().is_some();
             self.live.pause(page());
             let live = self.debugger().place();
-            self.looks = Some(Looks { live, away: None });
+            self.looks = Some(Looks { live, away: None, stays_paused });
         }
     }
 
@@ -98,14 +103,28 @@ impl Served {
         }
     }
 
+    /// The controller itself is here now.
+    fn is_led_to(&mut self, live: Place) {
+        if let Some(looks) = &mut self.looks {
+            (looks.live, looks.away) = (live, None);
+        }
+    }
+
+    /// Whether the controller stays paused when the debugger is closed.
+    pub(crate) fn stays_paused(&mut self, stays: bool) {
+        if let Some(looks) = &mut self.looks {
+            looks.stays_paused = stays;
+        }
+    }
+
     /// Lets the controller go on. Returns whether the debugger was open.
     pub(crate) fn leave(&mut self, moment: u64) -> bool {
         self.leave_the_past();
-        if self.looks.take().is_none() {
-            return false;
+        let Some(Looks { stays_paused, .. }) = self.looks.take() else { return false };
+        if !stays_paused {
+            // Somebody may have let it go on already.
+            let _ = self.live.resume(moment, &page());
         }
-        // Somebody may have let it go on already.
-        let _ = self.live.resume(moment, &page());
         true
     }
 
@@ -147,7 +166,7 @@ impl Served {
         for (at, input, outputs) in led {
             self.live.was_led(at, input, outputs);
         }
-        self.looks = Some(Looks { live: there, away: None });
+        self.is_led_to(there);
     }
 
     /// Carries out a line of the debugger.
@@ -162,6 +181,9 @@ impl Served {
                 return Err(format!("the address says which controller it is; {remedy}"));
             }
             ("take", "") => return Ok(self.take()),
+            ("take", rest) => {
+                return Err(format!("nothing follows `take`, and here does `{rest}`"));
+            }
             _ => {}
         }
         let known = Directive::named(word).map_or("", |directive| directive.name);
@@ -207,19 +229,37 @@ impl Served {
     }
 
     /// Takes the controller itself to where the debugger is, on a branch of its own if something else
-    /// follows there.
+    /// follows there: to where it has been last on the way, and on from that.
     pub(crate) fn take(&mut self) -> String {
         let Some(Looks { live, .. }) = self.looks else { return String::new() };
-        let debugger = self.debugger();
-        if debugger.place() == live {
+        if self.debugger().place() == live {
             return "the controller is here already".to_owned();
         }
-        let history = debugger.history_mut();
+        let Served { live: Live { line, .. }, lived, .. } = self;
+        let history = line.device_mut().debugger.history_mut();
         if history.is_at_end() {
             // What was just given takes effect now.
             let now = history.now();
             history.run_to(now);
-        } else {
+        }
+        let (here, heading) = (history.present(), history.heading());
+        lived.came_to(history, live);
+        let known = lived.last_on_way(history, here);
+        history.go_to(known);
+        history.drain();
+        self.is_led_to(known);
+        self.stays_paused(false);
+        if known != live {
+            self.live.is_elsewhere(live.moment.at, &page());
+        }
+        let history = self.debugger().history_mut();
+        history.go_to_end(heading);
+        history.go_back_to(here);
+        history.drain();
+        // What clients have not had of the way there they get now.
+        self.lead(true);
+        let history = self.debugger().history_mut();
+        if !history.is_at_end() {
             let (present, heading) = (history.present(), history.heading());
             let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
                 || heading != present.branch;
@@ -230,9 +270,8 @@ impl Served {
             }
         }
         history.drain();
-        let here = debugger.place();
-        self.looks = Some(Looks { live: here, away: None });
-        self.live.is_elsewhere(live.moment.at, &page());
+        let here = self.debugger().place();
+        self.is_led_to(here);
         let place = shown(self.debugger(), here);
         format!("the controller is at {place} now and goes on from there")
     }

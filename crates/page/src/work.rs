@@ -31,10 +31,7 @@ pub(crate) fn pieces(served: &Served, content: &str) -> Outcome {
         let remedy = "send an object such as {\"name\":\"part.txt\",\"text\":\"…\"}";
         Problem::new(Kind::WrongRequest, detail, remedy)
     })?;
-    let wrong = |why: String| {
-        let (detail, remedy) = why.split_once("; ").unwrap_or((&why, ""));
-        Problem::new(Kind::NotUnderstood, detail, remedy)
-    };
+    let wrong = |why: String| Problem::said(Kind::NotUnderstood, &why, "");
     let host = host(served, &name, &text).map_err(wrong)?;
     if let Some(first) = host.errors.first() {
         let more = match host.errors.len() - 1 {

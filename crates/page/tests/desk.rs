@@ -83,11 +83,29 @@ fn the_debugger_steps_the_controller_along_and_looks_back_without_it() {
         .collect();
     assert!(texts.iter().any(|text| text.starts_with('F')), "{texts:?}");
     assert_eq!(ask("GET", "history", Value::Null)["now"]["branch"], 0);
+    // A branch says something before the moment at which it is taken: its client gets it then, and told.
+    ask("POST", "history/go", json!({ "branch": 1 }));
     ask("POST", "history/take", Value::Null);
     ask("DELETE", "debugger", Value::Null);
-    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    let answers = ask("GET", "journal?kinds=answer", Value::Null)["entries"].clone();
+    let answers: Vec<&str> =
+        answers.as_array().unwrap().iter().filter_map(|it| it["bytes"].as_str()).collect();
+    assert_eq!(answers, ["0", "F"]);
     let halted = ask("GET", "position", Value::Null)["axes"]["X"].as_i64().unwrap();
     assert!((2_490..5_000).contains(&halted), "{halted}");
+    // What it has said does not come again.
+    ask("POST", "history/go", json!({ "branch": 0 }));
+    ask("POST", "history/take", Value::Null);
+    let answers = ask("GET", "journal?kinds=answer", Value::Null)["entries"].clone();
+    assert_eq!(answers.as_array().map(Vec::len), Some(2));
+    // A pause that is made meanwhile stays one; and time goes on where it was let go on.
+    ask("POST", "clock/pause", Value::Null);
+    ask("DELETE", "debugger", Value::Null);
+    assert_ne!(ask("GET", "clock", Value::Null)["paused"], Value::Null);
+    ask("POST", "history/go", json!({}));
+    ask("POST", "clock/resume", Value::Null);
+    ask("DELETE", "debugger", Value::Null);
+    assert_eq!(ask("GET", "clock", Value::Null)["paused"], Value::Null);
 }
 
 #[test]

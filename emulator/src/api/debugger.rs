@@ -2,28 +2,45 @@
 //! past of the controller since the server began.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
-use vimc4_api::{Debugging, Goal, Memory, Past};
+use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::uninterrupted;
 use vimc4_device::{Device, Kinds, LineState};
 use vimc4_timeline::{History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
+use crate::live::Live;
 
 /// Opens it on a controller.
-pub(super) fn open(
-    control: &Control,
-    memory: &Memory,
-) -> Result<(Box<dyn Debugging>, vimc4_api::Cancel), String> {
+pub(super) fn open(control: &Control, memory: &Memory) -> Result<Reined, String> {
     let cancel = Cancel::default();
     let past = |controller: &Controller| remembered(controller.clone(), &memory.past()?);
     let session = Session::beside(control, "the API", cancel.clone(), past);
     let session = session.map_err(|Wrong(why)| why)?;
-    Ok((Box::new(Console { session, is_over: false }), Arc::new(move || cancel.wish())))
+    let stays_paused = session.live.as_ref().map(Live::stays_paused).unwrap_or_default();
+    let outside = Outside { cancel, stays_paused };
+    Ok((Box::new(Console { session, is_over: false }), Arc::new(outside)))
+}
+
+/// What other threads have of it.
+struct Outside {
+    cancel: Cancel,
+    stays_paused: Arc<AtomicBool>,
+}
+
+impl Reins for Outside {
+    fn cancel(&self) {
+        self.cancel.wish();
+    }
+
+    fn stay_paused(&self, stays: bool) {
+        self.stays_paused.store(stays, Ordering::Relaxed);
+    }
 }
 
 /// The history of a controller from its past.

@@ -256,6 +256,9 @@ impl Console for Afar {
             _ => {}
         }
         if self.opened.was_closed(self.number) {
+            // By a server that has ended, perhaps.
+            let there = self.client.get(&self.path("/history"), &[]);
+            there.map_err(|trouble| Wrong(trouble.text()))?;
             return Err(Wrong::new(
                 "somebody else has closed the debugger, and the controller has gone on; the next \
                  line pauses it again",

@@ -294,6 +294,13 @@ impl Session {
             }
             _ => {}
         }
+        let is_alone = |own: &&Own| own.name == word && own.arguments.is_empty();
+        if let Some(own) = OWN.iter().find(is_alone)
+            && !rest.trim().is_empty()
+        {
+            let rest = rest.trim();
+            return Err(Wrong(format!("nothing follows `{}`, and here does `{rest}`", own.name)));
+        }
         if word == "controller" && self.is_served() {
             let remedy = "ask /v1/controllers/2/debugger for the second";
             return Err(Wrong(format!("the address says which controller it is; {remedy}")));
@@ -440,7 +447,8 @@ impl Session {
         let Some(live) = &mut self.live else {
             return Err(Wrong::new("nothing runs here that could be taken anywhere"));
         };
-        Ok(shown(&live.take(&mut self.debugger)?))
+        self.cancel.forget();
+        Ok(shown(&live.take(&mut self.debugger, &mut go_on(&self.cancel))?))
     }
 
     /// Lets the controller run until a breakpoint pauses it, or Ctrl-C.

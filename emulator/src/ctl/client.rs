@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use ureq::http::Response;
 use ureq::typestate::WithBody;
 use ureq::{Agent, RequestBuilder};
+use vimc4_answers::problem::parted;
 
 use crate::failure::Failure;
 use crate::text;
@@ -65,7 +66,7 @@ impl Trouble {
         match self {
             Trouble::Refused(problem) => problem.clone(),
             Trouble::Other(why) => {
-                let (detail, remedy) = why.split_once("; ").unwrap_or((why, ""));
+                let (detail, remedy) = parted(why).unwrap_or((why, ""));
                 json!({ "title": "There is no answer", "detail": detail, "remedy": remedy })
             }
         }

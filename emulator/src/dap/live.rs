@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use vimc4::{Clock, Control, Emulator};
 use vimc4_dap::{Configuration, Live as Behind, Opened, Refusal, Until};
-use vimc4_debug::{Debugger, Stop, Unit};
+use vimc4_debug::{Debugger, Stop, Unit, uninterrupted};
 use vimc4_timeline::Progress;
 
 use crate::failure::Failure;
@@ -68,7 +68,7 @@ impl Behind for Held {
     }
 
     fn take(&mut self, debugger: &mut Debugger) -> Result<String, Refusal> {
-        self.live.take(debugger).map_err(Refusal)
+        self.live.take(debugger, &mut uninterrupted).map_err(Refusal)
     }
 
     fn order(&mut self, line: &str) -> Result<(), Refusal> {

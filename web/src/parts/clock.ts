@@ -47,7 +47,7 @@ export function clock(app: App): Part {
   const gone = (path: string, name: string) =>
     h("button", { onclick: () => void app.act((own) => app.api.delete(`${own}/${path}`)), attrs: { "data-once": "", "aria-label": `${say("remove")}: ${name}` } }, "×");
   let taken = 0;
-  const take = () => post("snapshots", { name: `${say("moments")} ${++taken}` });
+  const take = () => post("snapshots", { name: `${say("moment")} ${++taken}` });
 
   const element = card("clock", say("clock"),
       h("div", { class: "bar" }, now, state),
@@ -79,12 +79,14 @@ export function clock(app: App): Part {
       pause.dataset.deed = paused ? "resume" : "pause";
       step.disabled = !paused;
       const isManual = clock.clock === "manual";
-      paces.from([clock.clock, isManual], () => {
-        const all = isManual ? ["manual"] : [...new Set([...PACES, clock.clock])];
+      const can = isManual ? [] : clock.changes_to;
+      paces.from([clock.clock, can], () => {
+        const offered = PACES.filter((name) => can.includes(name === "instant" ? name : "speed"));
+        const all = [...new Set([...offered, clock.clock])];
         return all.map((name) => h("option", { value: name, selected: name === clock.clock },
           name === "real" || name === "manual" || name === "instant" ? say(name) : name.replace("x", "×")));
       });
-      pace.disabled = isManual;
+      pace.disabled = can.length === 0;
       // Where time passes by itself nobody can move it on.
       advance.hidden = !isManual && clock.clock !== "instant";
       pointRows.from(breakpoints, () => breakpoints.map(({ id, condition }) => {

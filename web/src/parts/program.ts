@@ -1,5 +1,6 @@
 // The stored program: a marker at the line that is being executed, the rounds that open loops still
 // make, breakpoints at lines, and steps from line to line, forward and back.
+import type { Clock } from "../api";
 import type { App, Part } from "../app";
 import { card, h, mark, put, Rebuilt } from "../dom";
 import type { Machine } from "../machine";
@@ -15,8 +16,11 @@ export function program(app: App): Part {
   const goes = h("button", { attrs: { "data-once": "" }, onclick: () => void goOn() }, say("continue"));
   const goOn = async () => {
     if (app.past?.isOpen) await app.past.leave();
-    // It may have been paused before anybody looked back.
-    await app.act((path) => app.api.post(`${path}/clock/resume`));
+    // It may have been paused before anybody looked back, and stays so then.
+    await app.act(async (path) => {
+      const { paused } = await app.api.get<Clock>(`${path}/clock`);
+      if (paused) await app.api.post(`${path}/clock/resume`);
+    });
   };
   const steps = h("div", { class: "bar" }, back, on, goes);
   const element = card("program", say("program"), state, steps, list);

@@ -92,6 +92,13 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
         let why = "nothing is expected here; write it as in `command @A, once`";
         return Err(Mistake::new(why.to_owned()));
     }
+    for word in ["; then", ", and"] {
+        if let Some(before) = text.strip_suffix(word) {
+            let why =
+                format!("nothing follows `{word}`; go on as in `{before}{word} x > 100, once`");
+            return Err(Mistake::new(why));
+        }
+    }
     let Some((what, number)) =
         last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
     else {
