@@ -91,3 +91,43 @@ pub(crate) fn sha256(path: &Path) -> Outcome<String> {
         .or_else(|_| line(Command::new("shasum").args(["-a", "256"]).arg(path)))?;
     Ok(line.split_whitespace().next().unwrap_or_default().to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the beginning of a program says of its processor, and what is made of that.
+    fn emulator(magic: &[u8; 4], machine: u8) -> Outcome<Option<PathBuf>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("vimc4");
+        let mut head = [0; 64];
+        head[..4].copy_from_slice(magic);
+        head[18] = machine;
+        std::fs::write(&path, head).unwrap();
+        emulator_for(&path)
+    }
+
+    #[test]
+    fn only_a_program_of_another_processor_needs_an_emulator() {
+        for (machine, processor) in [(62, "x86_64"), (183, "aarch64")] {
+            let emulator = emulator(b"\x7fELF", machine);
+            if processor == std::env::consts::ARCH {
+                assert_eq!(emulator, Ok(None));
+                continue;
+            }
+            match emulator {
+                Ok(path) => assert!(path.unwrap().ends_with(format!("qemu-{processor}-static"))),
+                Err(error) => assert!(error.contains("apt install qemu-user-static"), "{error}"),
+            }
+        }
+        assert_eq!(emulator(b"MZ\0\0", 0), Ok(None));
+    }
+
+    #[test]
+    fn a_program_is_started_as_it_is_or_by_its_emulator() {
+        let own = std::env::current_exe().unwrap();
+        assert_eq!(program(&own).unwrap().get_program(), own.as_os_str());
+        let error = program(Path::new("nowhere/vimc4")).unwrap_err();
+        assert!(error.starts_with("nowhere/vimc4: "), "{error}");
+    }
+}
