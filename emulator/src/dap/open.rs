@@ -124,10 +124,13 @@ fn only_files(configuration: &Configuration) -> Result<(), Refusal> {
 /// Whether a path leads to what the adapter reads its client's messages from.
 #[cfg(unix)]
 fn is_input(path: &Path) -> bool {
+    use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
+    let identity = |file: fs::Metadata| (file.dev(), file.ino());
     // What is not at hand is told of when it is opened.
-    let at = fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
-    let input = rustix::fs::fstat(io::stdin()).map(|input| (input.st_dev, input.st_ino)).ok();
+    let at = fs::metadata(path).map(identity).ok();
+    let input = io::stdin().as_fd().try_clone_to_owned().map(fs::File::from);
+    let input = input.and_then(|input| input.metadata()).map(identity).ok();
     at.is_some() && at == input
 }
 
