@@ -266,6 +266,11 @@ fn header(scene: &mut Scene, plot: &Plot, frame: &Frame, top: &mut f64) {
     let motions = plot.motions();
     let s = if motions == 1 { "" } else { "s" };
     let mut said = format!("{motions} motion{s}, {:.3} s", took as f64 / 1e9);
+    let references = plot.legs().iter().filter(|leg| leg.purpose == Purpose::Reference);
+    let referenced: u64 = references.map(|leg| leg.ends.nanos_since(leg.began)).sum();
+    if referenced > 0 {
+        said += &format!(", of which {:.3} s in reference runs", referenced as f64 / 1e9);
+    }
     if plot.astray() > 0 {
         said += &format!(", short ones taken together within {} steps", plot.astray());
     }

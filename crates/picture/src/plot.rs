@@ -9,10 +9,10 @@ use crate::leg::{self, Leg, Purpose};
 /// What a mark says, the most telling last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MarkKind {
-    /// The last motion ends.
-    End,
     /// The first motion begins.
     Start,
+    /// The last motion ends. Its sign is smaller than that of the start, and so seen in front of it.
+    End,
     /// A tool is changed.
     Tool,
     /// An error answer, or a loss.

@@ -128,6 +128,8 @@ fn marks_are_where_they_happened() {
 
     let svg = Picture::of(&plot, &frame(), &[View::Top], Colouring::Kind).svg();
     let (start, stop) = (signs(&svg, "mark start")[0], signs(&svg, "mark stop")[0]);
+    // Where a path ends as it began, both are seen: the end is smaller, and in front.
+    assert!(svg.find("mark start") < svg.find("mark end"));
     // The envelope is as wide as the path: 40 mm of it give the scale.
     let envelope = svg.lines().find(|line| line.contains("class=\"envelope\"")).unwrap();
     let corner = points(envelope.split(" d=\"").nth(1).unwrap().split('"').next().unwrap());
