@@ -188,7 +188,7 @@ impl Held {
         let stored = (1_u32..).zip(&self.opened.stored).filter(|(_, of)| **of >= line);
         let stored = stored.min_by_key(|(_, of)| **of).map(|(number, of)| (number, *of));
         let source = self.opened.debugger.source();
-        let sent = source.and_then(|source| source.command_at(line)).map(|(_, of)| of);
+        let sent = source.and_then(|_| self.opened.debugger.line_that_does(line));
         match (stored, sent) {
             // A line of a program is meant as it is executed, not as it is stored.
             (Some((number, of)), sent) if sent.is_none_or(|sent| of <= sent) => {

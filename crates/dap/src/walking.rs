@@ -197,6 +197,7 @@ impl Session {
         let line = before.or(held.last_line.take()).filter(|_| comes_to_rest);
         held.last_line = line.filter(|line| line.place == stop.place);
         let activity = debugger.device().activity();
+        let met = debugger.met_waiting();
         held.stop = Some(stop.clone());
         let ends = |configuration: &crate::open::Configuration| {
             configuration.end_at_end || configuration.no_debug
@@ -216,7 +217,8 @@ impl Session {
             Reason::Cancelled => ("pause", "paused".to_owned()),
             Reason::End => ("pause", "the end of what is recorded".to_owned()),
             Reason::Broken(why) => ("pause", why.clone()),
-            Reason::Waits(what) => ("pause", what.clone()),
+            Reason::Waits(what) if met.is_empty() => ("pause", what.clone()),
+            Reason::Waits(what) => ("breakpoint", what.clone()),
             Reason::Refused(why) => ("pause", format!("the end: {why} (`keepGoing` sends it)")),
             Reason::Rest if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
             Reason::Rest if is_done => ("pause", "the end: everything is done".to_owned()),
@@ -224,6 +226,7 @@ impl Session {
         };
         let ids = match &stop.why {
             Reason::Breakpoints(ids) => self.points_of(thread, ids),
+            Reason::Waits(_) => self.points_of(thread, &met),
             _ => Vec::new(),
         };
         self.tell(

@@ -10,6 +10,7 @@ use vimc4_device::{CommandNumber, Condition, Device, Kinds, Names, Time, TimedIn
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
+use crate::feed::Standing;
 use crate::reel::Unread;
 use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable};
 
@@ -59,7 +60,7 @@ pub struct Debugger {
     pub(crate) breakpoints: Vec<Breakpoint>,
     /// The number of the breakpoint that was made last.
     last_breakpoint: u32,
-    pub(crate) marks: BTreeMap<String, Place>,
+    pub(crate) marks: BTreeMap<String, Bookmark>,
     watches: Vec<Expression>,
     pub(crate) stays: bool,
     /// The unit of the last step.
@@ -346,12 +347,21 @@ impl Debugger {
         }
     }
 
+    /// The first line, from this one on, of the file that the commands come from, from which a command
+    /// comes or at which the host asks the operator.
+    #[must_use]
+    pub fn line_that_does(&self, line: u32) -> Option<u32> {
+        let sends = self.source.as_ref()?.command_at(line).map(|(_, of)| of);
+        let asks = self.feed.as_ref().and_then(|feed| feed.asks_from(line));
+        sends.into_iter().chain(asks).min()
+    }
+
     /// A trigger for a line, from 1, of the file that the commands come from, or else of the stored
-    /// program. A line without a command stands for the next one that has a command.
+    /// program. A line at which nothing is sent or asked stands for the next one at which something is.
     ///
     /// # Errors
     ///
-    /// If no command comes from the line or from one after it.
+    /// If nothing is sent or asked at the line or at one after it.
     pub fn line_trigger(&self, line: u32) -> Result<Trigger, DebugError> {
         if line == 0 {
             return Err(DebugError::new(NO_LINE));
@@ -359,8 +369,8 @@ impl Debugger {
         let Some(source) = &self.source else {
             return Ok(Trigger::Condition(Condition::Line { line: Some(line) }));
         };
-        match source.command_at(line) {
-            Some((_, line)) => Ok(Trigger::SourceLine(line)),
+        match self.line_that_does(line) {
+            Some(line) => Ok(Trigger::SourceLine(line)),
             None => Err(DebugError::new(format!(
                 "no command comes from line {line} of {} or from one after it",
                 source.name
@@ -440,19 +450,30 @@ impl Debugger {
 
     /// The moments with a name.
     #[must_use]
-    pub fn marks(&self) -> &BTreeMap<String, Place> {
+    pub fn marks(&self) -> &BTreeMap<String, Bookmark> {
         &self.marks
     }
 
     /// Gives the present a name, and returns the moment that had the name before.
     pub fn mark(&mut self, name: impl Into<String>) -> Option<Place> {
-        self.marks.insert(name.into(), self.place())
+        let standing = self.feed.as_ref().map(Feed::standing);
+        let mark = Bookmark { place: self.place(), standing };
+        self.marks.insert(name.into(), mark).map(|before| before.place)
     }
 
     /// Forgets a name, and says whether there was one.
     pub fn unmark(&mut self, name: &str) -> bool {
         self.marks.remove(name).is_some()
     }
+}
+
+/// A moment with a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bookmark {
+    /// Where it is.
+    pub place: Place,
+    /// What the host asked there, of several questions at one moment, if somebody has seen that.
+    pub(crate) standing: Option<Standing>,
 }
 
 /// Why line 0 is refused.

@@ -171,7 +171,7 @@ impl Debugger {
                 false => Err(DebugError::new(format!("no moment is called `{rest}`"))),
             },
             "marks" => {
-                let marks = self.marks().iter().map(|(name, place)| (name.clone(), *place));
+                let marks = self.marks().iter().map(|(name, mark)| (name.clone(), mark.place));
                 Ok(Answer::Marks(marks.collect()))
             }
             "branches" => {
@@ -277,8 +277,14 @@ impl Debugger {
                     DebugError::new("the commands come from no file: there are no lines to go to")
                 })?;
                 let none = || DebugError::new(format!("no command comes from line {line}"));
-                let (number, _) = source.command_at(line).ok_or_else(none)?;
-                self.go_to_command(number, progress)?
+                let sent = source.command_at(line);
+                match (sent, self.line_that_does(line)) {
+                    (Some((number, of)), Some(first)) if of == first => {
+                        self.go_to_command(number, progress)?
+                    }
+                    (_, Some(asks)) => self.go_to_question(asks, progress)?,
+                    (_, None) => return Err(none()),
+                }
             }
             _ => {
                 let is_known = |own: &Debugger| {
@@ -289,7 +295,7 @@ impl Debugger {
                     self.read_until(is_known, progress)?;
                 }
                 if let Some(mark) = self.marks().get(place).copied() {
-                    self.go_to(mark)?
+                    self.go_to_mark(mark)?
                 } else if let Some(end) = self.end_of_branch(place) {
                     self.history_mut().go_to_end(end.branch);
                     self.stopped(Reason::Gone, Vec::new())

@@ -62,7 +62,7 @@ struct Wait {
 }
 
 /// What a host asks or has asked last.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Standing(Option<Wait>);
 
 /// What a host has done when its turn came.
@@ -167,6 +167,13 @@ impl Feed {
     pub(crate) fn waits_at(&self, history: &History<Controller>) -> Option<u32> {
         let line = self.lines.get(self.waits_for(history)?).copied();
         line.filter(|line| *line > 0)
+    }
+
+    /// The first line of the file at which it asks, from this one on.
+    pub(crate) fn asks_from(&self, line: u32) -> Option<u32> {
+        let asks = self.pieces.iter().zip(self.lines.iter());
+        let asks = asks.filter(|(piece, of)| matches!(piece, Piece::Ask(_)) && **of >= line);
+        asks.map(|(_, of)| *of).filter(|of| *of > 0).min()
     }
 
     /// Whether it sends as soon as there is room, and not only when the controller rests.
@@ -334,7 +341,7 @@ impl Feed {
     }
 
     /// The first of what it asked at a place that is still ahead there.
-    fn asks_here(&self, place: Place) -> Option<usize> {
+    pub(crate) fn asks_here(&self, place: Place) -> Option<usize> {
         let wait = self.wait.filter(|wait| wait.place == place);
         let is_ahead = |piece: usize| wait.is_none_or(|wait| wait.piece < piece);
         let mut asked = self.asked_at(place);

@@ -7,7 +7,7 @@ use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::Debugger;
+use crate::debugger::{Bookmark, Debugger};
 use crate::feed::{Standing, Turn};
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
@@ -255,7 +255,13 @@ impl Debugger {
         self.add_breakpoint(trigger, crate::Options::default());
         let stop = loop {
             let stop = self.go(way, None, progress);
-            let is_known = way == Way::Back || !self.history.is_at_end();
+            if matches!(stop.why, Reason::Waits(_)) && !self.met_waiting().is_empty() {
+                self.breakpoints = heeded;
+                return Stop { why: Reason::Gone, ..stop };
+            }
+            let feed = self.feed.as_ref();
+            let has_more = feed.is_some_and(|feed| feed.asks_here(stop.place).is_some());
+            let is_known = way == Way::Back || !self.history.is_at_end() || has_more;
             if !(matches!(stop.why, Reason::Waits(_)) && is_known) {
                 break stop;
             }
@@ -362,6 +368,74 @@ impl Debugger {
         }
         self.host_is_found();
         Ok(self.stopped(Reason::Gone, Vec::new()))
+    }
+
+    /// Goes to a bookmark, and to what the host asked there.
+    ///
+    /// # Errors
+    ///
+    /// If the history no longer has its moment.
+    pub fn go_to_mark(&mut self, mark: Bookmark) -> Result<Stop, DebugError> {
+        let stop = self.go_to(mark.place)?;
+        if let Some(standing) = mark.standing {
+            self.stand(standing);
+        }
+        Ok(stop)
+    }
+
+    /// Goes to where the host asks the operator at a line of the file: where it has asked last, or
+    /// where it will.
+    ///
+    /// # Errors
+    ///
+    /// If it does not come to ask there.
+    pub(crate) fn go_to_question(
+        &mut self,
+        line: u32,
+        progress: &mut Progress<'_>,
+    ) -> Result<Stop, DebugError> {
+        let waits_at = |own: &Debugger| own.feed.as_ref()?.waits_at(&own.history);
+        if waits_at(self) == Some(line) {
+            return Ok(self.here());
+        }
+        for way in [Way::Back, Way::Forward] {
+            let stop = self.find(Trigger::SourceLine(line), way, progress);
+            match stop.why {
+                Reason::Gone => return Ok(stop),
+                Reason::Cancelled => return Err(Reason::Cancelled.into()),
+                _ => {}
+            }
+        }
+        // What holds it up is at the end of the way.
+        let (begin, standing) = (self.place(), self.standing());
+        self.history.go_to_end(self.history.heading());
+        self.host_is_found();
+        let why = self.rests();
+        self.history.go_back_to(begin);
+        self.stand(standing);
+        Err(DebugError::new(match why {
+            Reason::Waits(what) => format!("before line {line}, {what}"),
+            Reason::Refused(why) => format!("line {line} was not reached: {why}"),
+            _ => format!("nothing is asked at line {line} here"),
+        }))
+    }
+
+    /// The breakpoints at the line at which the host waits at the present, of those that would stop a walk
+    /// there. Every walk stops at a question anyway, so their hits are not counted.
+    #[must_use]
+    pub fn met_waiting(&self) -> Vec<BreakpointId> {
+        let waits = self.feed.as_ref().and_then(|feed| feed.waits_at(&self.history));
+        let Some(line) = waits else { return Vec::new() };
+        let (device, now) = (self.device(), self.now());
+        let is_met = |own: &&Breakpoint| {
+            let holds = own.condition.as_ref().is_none_or(|condition| condition.is_so(device, now));
+            own.trigger == Trigger::SourceLine(line)
+                && own.is_enabled
+                && own.hits == Hits::All
+                && own.log.is_none()
+                && holds
+        };
+        self.breakpoints.iter().filter(is_met).map(|own| own.id).collect()
     }
 
     /// Goes to a time, after everything that happens then; beyond the end, as far as the future is

@@ -5,7 +5,7 @@ use vimc4_device::{CommandNumber, Event, Input, Output, Time, escape};
 use vimc4_timeline::{BranchId, History, Place, Progress};
 
 use crate::Source;
-use crate::debugger::{Debugger, uninterrupted};
+use crate::debugger::{Bookmark, Debugger, uninterrupted};
 use crate::reel::{Read, Recorded, Reel, Unread};
 use crate::stop::Reason;
 
@@ -180,7 +180,8 @@ impl Debugger {
 
     /// Keeps what was found out while it was read.
     fn keep(&mut self, reading: Reading, tip: BranchId) {
-        self.marks.extend(reading.marks);
+        let marks = reading.marks.into_iter();
+        self.marks.extend(marks.map(|(name, place)| (name, Bookmark { place, standing: None })));
         let Some(unread) = &mut self.unread else { return };
         unread.branch = tip;
         unread.last = reading.commands.last().map(|(number, _)| *number).or(unread.last);

@@ -4,7 +4,9 @@
 
 mod drive;
 
-use vimc4_debug::{Debugger, Depth, Feed, Piece, Reason, Source, Unit, Way, uninterrupted};
+use vimc4_debug::{
+    Debugger, Depth, Feed, Piece, Reason, Source, Trigger, Unit, Way, uninterrupted,
+};
 
 use drive::{debugger, run, stop};
 
@@ -186,6 +188,55 @@ fn a_line_is_found_beyond_waits_and_the_wait_says_what_holds_up() {
     let trigger = debugger.line_trigger(6).unwrap();
     let ahead = debugger.find(trigger, Way::Forward, &mut uninterrupted);
     assert_eq!((ahead.why, here(&mut debugger)), (Reason::Gone, "6".to_owned()));
+}
+
+#[test]
+fn a_bookmark_leads_to_the_wait_it_was_set_at() {
+    let mut debugger = asking();
+    go(&mut debugger, Way::Forward);
+    run(&mut debugger, &["mark first", "continue", "mark second", "continue", "mark third"]);
+    run(&mut debugger, &["step", "mark behind", "continue"]);
+    for (name, line) in
+        [("second", "waits 4"), ("first", "waits 3"), ("third", "waits 5"), ("behind", "6")]
+    {
+        run(&mut debugger, &[&format!("goto {name}")]);
+        assert_eq!(here(&mut debugger), line, "{name}");
+    }
+    run(&mut debugger, &["goto first"]);
+    assert_eq!(go(&mut debugger, Way::Forward).1, "waits 4", "it asks on from there");
+}
+
+#[test]
+fn a_line_of_a_wait_is_one_to_go_to_and_to_stop_at() {
+    let mut debugger = asking();
+    assert_eq!(debugger.line_trigger(1), Ok(Trigger::SourceLine(2)));
+    for line in [3, 4, 5, 6, 7, 8] {
+        assert_eq!(debugger.line_trigger(line), Ok(Trigger::SourceLine(line)));
+    }
+    // Not before it has asked what comes before.
+    let early = debugger.execute("goto line 4", &mut uninterrupted).unwrap_err().to_string();
+    assert_eq!(early, "before line 4, 3");
+    run(&mut debugger, &["goto line 3"]);
+    assert_eq!(here(&mut debugger), "waits 3");
+    for _ in 0..5 {
+        go(&mut debugger, Way::Forward);
+    }
+    for line in ["4", "8", "3", "5", "5", "7"] {
+        run(&mut debugger, &[&format!("goto line {line}")]);
+        assert_eq!(here(&mut debugger), format!("waits {line}"));
+    }
+    run(&mut debugger, &["goto start", "break line 4", "break line 7 if x > 99999"]);
+    let mut met = Vec::new();
+    for _ in 0..5 {
+        go(&mut debugger, Way::Forward);
+        met.push((here(&mut debugger), debugger.met_waiting().len()));
+    }
+    let met: Vec<_> = met.iter().map(|(at, met)| (at.as_str(), *met)).collect();
+    assert_eq!(met[..2], [("waits 3", 0), ("waits 4", 1)]);
+    assert_eq!(met[2..], [("waits 5", 0), ("waits 7", 0), ("waits 8", 0)]);
+    let trigger = debugger.line_trigger(4).unwrap();
+    let back = debugger.find(trigger, Way::Back, &mut uninterrupted);
+    assert_eq!((back.why, here(&mut debugger)), (Reason::Gone, "waits 4".to_owned()));
 }
 
 #[test]

@@ -245,7 +245,7 @@ pub(crate) fn time_line(debugger: &Debugger) -> TimeLine {
         marks: debugger
             .marks()
             .iter()
-            .map(|(name, place)| (name.clone(), place.moment.at))
+            .map(|(name, mark)| (name.clone(), mark.place.moment.at))
             .collect(),
     }
 }

@@ -844,6 +844,22 @@ fn waits_that_follow_each_other_all_stop_both_ways() {
         let marked = listed.lines().find(|line| line.starts_with('>')).unwrap();
         assert!(marked.contains(&format!(" {line} ")), "{listed}");
     }
+    // Their lines are lines as others are: to stop at, and to go to.
+    let set = editor.set_lines(&program, json!([{ "line": 6 }]));
+    assert_eq!((&set[0]["verified"], &set[0]["line"]), (&json!(true), &json!(6)));
+    for (line, reason) in [(5, "pause"), (6, "breakpoint"), (7, "pause")] {
+        let stop = editor.walk("continue");
+        assert_eq!((&stop["reason"], editor.line()), (&json!(reason), line));
+        let hit = stop["hitBreakpointIds"].as_array().map_or(0, Vec::len);
+        assert_eq!(hit, usize::from(line == 6), "{stop}");
+    }
+    let source = json!({ "path": program });
+    let targets = editor.ask("gotoTargets", json!({ "source": source, "line": 5 }));
+    let back = &targets["targets"][0];
+    assert_eq!(back["label"], "Line 5: back to when it last began");
+    editor.ask("goto", json!({ "threadId": 1, "targetId": back["id"] }));
+    assert_eq!(editor.event("stopped")["reason"], "goto");
+    assert_eq!(editor.line(), 5);
 }
 
 // --- what would harm a session ---
