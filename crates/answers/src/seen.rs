@@ -114,7 +114,8 @@ pub fn completions(names: &Names, line: &str) -> Value {
 /// The time, how it passes, and whether and why it stands still.
 #[must_use]
 pub fn clock(now: Time, clock: Clock, paused: Option<&Pause>, changes_to: &[&str]) -> Value {
-    let paused = paused.map(pause);
+    // It stands still where it is, although the controller may have been taken elsewhere since.
+    let paused = paused.map(|paused| pause(&Pause { at: now, ..paused.clone() }));
     json!({ "now": now, "clock": clock.to_string(), "paused": paused, "changes_to": changes_to })
 }
 

@@ -16,6 +16,15 @@ fn asked(desk: &mut Desk, method: &str, path: &str, body: &Value) -> (u16, Value
     (reply.status, answer)
 }
 
+/// What asks the first controller, which must do it, and returns what it says.
+fn done(desk: &mut Desk) -> impl FnMut(&str, &str, Value) -> Value {
+    |method, path, body| {
+        let (status, answer) = asked(desk, method, &format!("/v1/controllers/1/{path}"), &body);
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    }
+}
+
 #[test]
 fn every_route_of_the_api_is_answered() {
     let mut desk = Desk::new();
@@ -52,12 +61,7 @@ fn time_passes_where_it_is_heard_and_nowhere_else() {
 #[test]
 fn the_debugger_steps_the_controller_along_and_looks_back_without_it() {
     let mut desk = Desk::new();
-    let one = "/v1/controllers/1";
-    let mut ask = |method: &str, path: &str, body: Value| {
-        let (status, answer) = asked(&mut desk, method, &format!("{one}/{path}"), &body);
-        assert_eq!(status, 200, "{path}: {answer}");
-        answer
-    };
+    let mut ask = done(&mut desk);
     ask("PUT", "clock", json!({ "clock": "manual" }));
     ask("POST", "debugger", json!({ "line": "send @01" }));
     ask("POST", "debugger", json!({ "line": "send @0A5000,900" }));
@@ -85,7 +89,11 @@ fn the_debugger_steps_the_controller_along_and_looks_back_without_it() {
     assert_eq!(ask("GET", "history", Value::Null)["now"]["branch"], 0);
     // A branch says something before the moment at which it is taken: its client gets it then, and told.
     ask("POST", "history/go", json!({ "branch": 1 }));
+    ask("POST", "clock/pause", Value::Null);
     ask("POST", "history/take", Value::Null);
+    let clock = ask("GET", "clock", Value::Null);
+    assert_eq!(clock["paused"]["at"], clock["now"], "it stands where it was taken: {clock}");
+    ask("POST", "clock/resume", Value::Null);
     ask("DELETE", "debugger", Value::Null);
     let answers = ask("GET", "journal?kinds=answer", Value::Null)["entries"].clone();
     let answers: Vec<&str> =
@@ -111,12 +119,7 @@ fn the_debugger_steps_the_controller_along_and_looks_back_without_it() {
 #[test]
 fn a_recording_of_a_session_with_steps_is_played_again() {
     let mut desk = Desk::new();
-    let one = "/v1/controllers/1";
-    let mut ask = |method: &str, path: &str, body: Value| {
-        let (status, answer) = asked(&mut desk, method, &format!("{one}/{path}"), &body);
-        assert_eq!(status, 200, "{path}: {answer}");
-        answer
-    };
+    let mut ask = done(&mut desk);
     ask("PUT", "clock", json!({ "clock": "manual" }));
     ask("POST", "recording", Value::Null);
     ask("POST", "breakpoints", json!({ "condition": "x > 100" }));
@@ -131,7 +134,7 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
     let mut other = Desk::new();
     let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text }));
     assert_eq!(status, 200, "{answer}");
-    let again = asked(&mut other, "GET", &format!("{one}/view"), &Value::Null).1;
+    let again = asked(&mut other, "GET", "/v1/controllers/1/view", &Value::Null).1;
     assert_eq!(again, view);
 }
 
