@@ -1,6 +1,7 @@
 // The controllers run here, beside the page, so that the page answers whatever they do.
 import { Desk } from "../src/desk";
 import { causes } from "./causes";
+import { Later, Relay } from "./relay";
 import { Session } from "./session";
 
 /** What the page asks, with a number that comes back with the answer. */
@@ -21,10 +22,30 @@ const page = self as unknown as {
   onmessage: ((event: MessageEvent<Message>) => void) | null;
   postMessage(message: unknown): void;
 };
-const bytes = fetch("page.wasm").then((answer) => answer.arrayBuffer());
-const session = bytes.then((bytes) => Desk.load(bytes)).then((desk) => new Session(desk, () => performance.now()));
+const module = async (name: string) => (await fetch(name)).arrayBuffer();
+const relay = module("first.wasm").then((bytes) => Desk.load(bytes)).then((desk) => new Relay(desk));
+const session = relay.then((relay) => new Session(relay, () => performance.now()));
+
+let whole: Promise<ArrayBuffer> | null = null;
+let handed: Promise<void> | null = null;
 /** Another desk, for what is only tried out. */
 let spare: Promise<Desk> | null = null;
+
+/** What is not there is asked for again when it is needed again. */
+function theWhole(): Promise<ArrayBuffer> {
+  return (whole ??= module("page.wasm").catch((error) => {
+    whole = null;
+    throw error;
+  }));
+}
+
+function handOver(): Promise<void> {
+  return (handed ??= theWhole().then((bytes) => Desk.load(bytes)).then(async (desk) => (await relay).handOver(desk)).catch((error) => {
+    handed = null;
+    throw error;
+  }));
+}
+
 let isHeard = false;
 
 function tell(session: Session): void {
@@ -33,20 +54,33 @@ function tell(session: Session): void {
 }
 
 page.onmessage = async ({ data }) => {
-  if ("isHeard" in data) return void (isHeard = true);
+  if ("isHeard" in data) {
+    isHeard = true;
+    // The controllers are seen: the rest can come. Who needs it is told if it does not.
+    return void handOver().catch(() => {});
+  }
   const { id, method, path, body } = data;
   try {
     const open = await session;
     if (path === "/causes") {
       const { model, machine, passed } = body as { model: string; machine: string; passed: Parameters<typeof causes>[2] };
-      spare ??= bytes.then((bytes) => Desk.load(bytes));
+      spare ??= theWhole().then((bytes) => Desk.load(bytes));
       return page.postMessage({ id, answer: { status: 200, body: causes(await spare, { model, machine }, passed) } });
     }
-    // All that is asked is about this moment.
-    if (isHeard) tell(open);
-    // Of other controllers nothing is told before somebody has met them.
-    if (method === "PUT" && (path === "/session" || path === "/recording")) isHeard = false;
-    page.postMessage({ id, answer: open.ask(method, path, body) });
+    const ask = () => {
+      // All that is asked is about this moment.
+      if (isHeard) tell(open);
+      // Of other controllers nothing is told before somebody has met them.
+      if (method === "PUT" && (path === "/session" || path === "/recording")) isHeard = false;
+      page.postMessage({ id, answer: open.ask(method, path, body) });
+    };
+    try {
+      ask();
+    } catch (error) {
+      if (!(error instanceof Later)) throw error;
+      await handOver();
+      ask();
+    }
   } catch (error) {
     page.postMessage({ id, error: String(error) });
   }

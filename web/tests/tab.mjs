@@ -17,9 +17,12 @@ export const absent = existsSync(new URL("index.html", folder)) ? false : "the p
 if (absent && process.env.VIMC4_REQUIRE_TOOLS) throw new Error(absent);
 const firefox = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
 
-/** The page on a server as anybody may have it: files, compressed, and nothing else. `more` answers the rest. */
+/** The page on a server as anybody may have it: files, compressed, and nothing else. `more` answers the rest. What is
+    held comes only when it is let go. */
 export async function host(more) {
   const told = { bytes: 0, paths: [] };
+  let held = null;
+  const waiting = [];
   const server = createServer(async (request, response) => {
     const path = new URL(request.url, "http://host").pathname;
     told.paths.push(path);
@@ -30,6 +33,7 @@ export async function host(more) {
       response.writeHead(404).end();
       return;
     }
+    if (held?.test(name)) await new Promise((resolve) => waiting.push(resolve));
     const packed = gzipSync(body);
     told.bytes += packed.length;
     response.writeHead(200, { "Content-Type": KINDS[name.split(".").at(-1)] ?? "application/octet-stream", "Content-Encoding": "gzip", "Cache-Control": "max-age=600" });
@@ -39,6 +43,11 @@ export async function host(more) {
   const url = `http://127.0.0.1:${server.address().port}`;
   return {
     url, told, server,
+    hold: (names) => void (held = names),
+    letGo() {
+      held = null;
+      for (const go of waiting.splice(0)) go();
+    },
     end: () => new Promise((resolve) => {
       server.closeAllConnections();
       server.close(resolve);

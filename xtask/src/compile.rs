@@ -38,15 +38,22 @@ pub(crate) fn program(root: &Path, target: &str, profile: &str) -> Outcome<PathB
     Ok(folder.join(target).join(profile).join(name))
 }
 
-/// Builds the controllers of a page, as WebAssembly, and says where they are.
-pub(crate) fn page(root: &Path) -> Outcome<PathBuf> {
+/// Builds the controllers of a page, as WebAssembly, and says where they are: the whole module, or the one that
+/// answers first.
+pub(crate) fn page(root: &Path, is_whole: bool) -> Outcome<PathBuf> {
     const TARGET: &str = "wasm32-unknown-unknown";
     let folder = folder(root);
     let mut cargo = Command::new("cargo");
     // Of a crate that is a library for Rust at the same time the linker could leave out less.
     cargo.current_dir(root).args(["rustc", "--locked", "--package", "vimc4-page", "--lib"]);
     cargo.args(["--crate-type", "cdylib", "--target", TARGET, "--profile", "page"]);
+    if !is_whole {
+        cargo.arg("--no-default-features");
+    }
+    let mut flags = remapped(root);
     if Toolchain::of(TARGET)? == Toolchain::Debian {
+        // A panic says nothing to JavaScript but that there was one: no words are kept for it.
+        flags.extend(["-Zunstable-options".to_owned(), "-Cpanic=immediate-abort".to_owned()]);
         // Its linker is that of the toolchain that is here.
         let linkers =
             PathBuf::from(tool::line(Command::new("rustc").args(["--print", "target-libdir"]))?);
@@ -57,7 +64,7 @@ pub(crate) fn page(root: &Path) -> Outcome<PathBuf> {
         cargo.env("PATH", paths).env("RUSTC", COMPILER).env("RUSTC_BOOTSTRAP", "1");
         cargo.arg("-Zbuild-std=std,panic_abort");
     }
-    cargo.env("CARGO_ENCODED_RUSTFLAGS", remapped(root).join("\x1f"));
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     tool::run(&mut cargo)?;
     Ok(folder.join(TARGET).join("page").join("vimc4_page.wasm"))
 }

@@ -90,15 +90,17 @@ fn main() -> ExitCode {
 }
 
 fn page(out: &Path) -> Outcome<()> {
-    let built = compile::page(&tool::root())?;
-    let module = fs::read(&built).map_err(|error| format!("{}: {error}", built.display()))?;
-    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = packed.write_all(&module).and_then(|()| packed.finish());
-    let packed = packed.map_err(|error| format!("cannot compress it: {error}"))?;
-    let path = out.join("vimc4_page.wasm");
-    let written = fs::create_dir_all(out).and_then(|()| fs::write(&path, &module));
-    written.map_err(|error| format!("{}: {error}", path.display()))?;
-    println!("{}: {} bytes, {} with gzip", path.display(), module.len(), packed.len());
+    for (name, is_whole) in [("vimc4_first.wasm", false), ("vimc4_page.wasm", true)] {
+        let built = compile::page(&tool::root(), is_whole)?;
+        let module = fs::read(&built).map_err(|error| format!("{}: {error}", built.display()))?;
+        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+        let packed = packed.write_all(&module).and_then(|()| packed.finish());
+        let packed = packed.map_err(|error| format!("cannot compress it: {error}"))?;
+        let path = out.join(name);
+        let written = fs::create_dir_all(out).and_then(|()| fs::write(&path, &module));
+        written.map_err(|error| format!("{}: {error}", path.display()))?;
+        println!("{}: {} bytes, {} with gzip", path.display(), module.len(), packed.len());
+    }
     Ok(())
 }
 

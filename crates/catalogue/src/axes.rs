@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use vimc4_device::{Device, Model as _, Names, Signal, SignalKind};
 
 use crate::list::of;
-use crate::{Model, bare, machine, models};
+use crate::{Family, Model, bare, machine, models};
 
 /// The number of the axis of that name, 0 for X, in capital or small letters. What isel calls Z
 /// and A is Z0 and Z1 to LPKF, and Z on an SMCU, which has no other.
@@ -17,10 +17,13 @@ use crate::{Model, bare, machine, models};
 /// ```
 #[must_use]
 pub fn axis(name: &str) -> Option<u8> {
-    let place =
-        |model: Model| model.axis_names().iter().position(|axis| axis.eq_ignore_ascii_case(name));
-    let place = models().into_iter().filter_map(Model::builtin).find_map(place)?;
-    u8::try_from(place).ok()
+    let place = |axes: &&[&str]| axes.iter().position(|axis| axis.eq_ignore_ascii_case(name));
+    u8::try_from(every().find_map(|axes| place(&axes))?).ok()
+}
+
+/// The names of the axes of all models.
+fn every() -> impl Iterator<Item = &'static [&'static str]> {
+    Family::ALL.into_iter().flat_map(Family::axes).copied()
 }
 
 impl Model {
@@ -30,8 +33,8 @@ impl Model {
     pub fn names(&self, signals: Vec<Signal>) -> Names {
         let own = self.axis_names();
         let numbered = || (0..).zip(own).map(|(axis, name)| (axis, (*name).to_owned()));
-        let others = models().into_iter().filter_map(Model::builtin).flat_map(|model| {
-            let names = (0..).zip(model.axis_names()).take(own.len());
+        let others = every().flat_map(|axes| {
+            let names = (0..).zip(axes).take(own.len());
             names
                 .filter(|(_, name)| !own.contains(name))
                 .map(|(axis, name)| (axis, (*name).to_owned()))

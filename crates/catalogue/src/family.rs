@@ -30,6 +30,11 @@ impl Family {
         by!(self, M => <M as vimc4_device::Model>::COMMAND_SETS)
     }
 
+    /// The names of the axes of its models.
+    pub(crate) const fn axes(self) -> &'static [&'static [&'static str]] {
+        by!(self, M => <M as vimc4_device::Model>::AXES)
+    }
+
     /// Every value that each quirk of its profiles can have, as TOML writes it.
     pub(crate) const fn quirks(self) -> &'static [(&'static str, &'static [&'static str])] {
         by!(self, M => <M as vimc4_device::Model>::QUIRKS)

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use vimc4_device::{Ability, Deed, Device, Model as _, PortView, Verb, View};
 use vimc4_plant::{ProfileError, parse_profile};
 
@@ -40,6 +41,21 @@ impl Model {
         match Family::ALL.into_iter().find(|family| family.command_sets().contains(&set)) {
             Some(family) => by!(family, M => M::from_toml(text).map(Arc::new).map(Model::from)),
             None => Err(no_command_set(text, command_set.as_deref())),
+        }
+    }
+
+    /// Reads the profile of a model with this command set from any other form, such as JSON. That its values
+    /// are possible is not looked at: it is for what was a model before.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such command set, or that is no such profile.
+    pub fn written<'de, D: Deserializer<'de>>(set: &str, profile: D) -> Result<Model, D::Error> {
+        match Family::ALL.into_iter().find(|family| family.command_sets().contains(&set)) {
+            Some(family) => {
+                by!(family, M => M::deserialize(profile).map(Arc::new).map(Model::from))
+            }
+            None => Err(D::Error::custom(format!("there is no command set {set}"))),
         }
     }
 

@@ -18,6 +18,9 @@ pub trait Model: Sized {
     const MAKER: &'static str;
     /// The command sets that profiles can name. No other family has one of these names.
     const COMMAND_SETS: &'static [&'static str];
+    /// The axes of its models, as each of them that has others calls them, in the order in which points count
+    /// them.
+    const AXES: &'static [&'static [&'static str]];
     /// Every value that each quirk of a profile can have, as TOML writes it.
     const QUIRKS: &'static [(&'static str, &'static [&'static str])];
 

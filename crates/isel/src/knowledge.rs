@@ -74,6 +74,7 @@ impl vimc4_device::Model for Model {
     const FAMILY: &'static str = "isel";
     const MAKER: &'static str = "isel";
     const COMMAND_SETS: &'static [&'static str] = &["imc4", "imc4-m", "imc-xx", "c142"];
+    const AXES: &'static [&'static [&'static str]] = &[&AXIS_NAMES];
     const QUIRKS: &'static [(&'static str, &'static [&'static str])] = &[
         ("version_handshake", &["\"first\"", "\"last\""]),
         ("stop_reply", &["\"F\"", "\"F0\""]),

@@ -40,10 +40,14 @@ impl Model {
     }
 }
 
+const SMCU_AXES: &[&str] = &["X", "Y", "Z"];
+const MOTION_SYSTEM_AXES: &[&str] = &["X", "Y", "Z0", "Z1", "Z2", "Z3"];
+
 impl vimc4_device::Model for Model {
     const FAMILY: &'static str = "lpkf";
     const MAKER: &'static str = "LPKF";
     const COMMAND_SETS: &'static [&'static str] = &["smcu", "motionsystem"];
+    const AXES: &'static [&'static [&'static str]] = &[SMCU_AXES, MOTION_SYSTEM_AXES];
     const QUIRKS: &'static [(&'static str, &'static [&'static str])] = &[
         ("unknown_command", &["\"echo\"", "\"never\"", "\"always\""]),
         ("init_reply", &["\"Z\"", "\"C\""]),
@@ -97,8 +101,8 @@ impl vimc4_device::Model for Model {
 
     fn axis_names(&self) -> &'static [&'static str] {
         match self.command_set {
-            Dialect::Smcu => &["X", "Y", "Z"],
-            Dialect::MotionSystem => &["X", "Y", "Z0", "Z1", "Z2", "Z3"],
+            Dialect::Smcu => SMCU_AXES,
+            Dialect::MotionSystem => MOTION_SYSTEM_AXES,
         }
     }
 

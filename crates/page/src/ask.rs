@@ -13,7 +13,9 @@ use vimc4_answers::table::{ROUTES, find};
 use crate::acts::RUNS;
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
+use crate::opened;
 use crate::own;
+use crate::profiles;
 use crate::served::Served;
 use crate::work;
 
@@ -100,7 +102,7 @@ impl Desk {
             }
             ("PUT", "/v1/recording") => {
                 is_within(content, FILE)?;
-                return self.put(vec![own::recorded(content)?]);
+                return self.put(vec![opened::recorded(content)?]);
             }
             ("PUT", "/v1/events") => return self.subscribe(content),
             _ => {}
@@ -117,7 +119,7 @@ impl Desk {
                 return work::pieces(served, content);
             }
             if what == "quirks" {
-                return own::quirks(served);
+                return profiles::quirks(&served.live.model);
             }
             let line = decoded(behind.strip_prefix("line=").unwrap_or_default())?;
             return own::meaning(served, &line);

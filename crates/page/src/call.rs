@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use vimc4_answers::fields::no_such;
 use vimc4_answers::problem::Problem;
+use vimc4_answers::seen;
+use vimc4_control::Effect;
+use vimc4_device::Time;
 
 /// What is answered.
 pub(crate) enum Answer {
@@ -17,6 +20,16 @@ pub(crate) type Outcome = Result<Answer, Problem>;
 impl Answer {
     pub(crate) fn json(value: &Value) -> Outcome {
         Ok(Answer::Json(value.to_string()))
+    }
+
+    /// Something was done, with this effect.
+    pub(crate) fn done(effect: &Effect) -> Outcome {
+        Answer::json(&seen::effect(effect))
+    }
+
+    /// It is this time now.
+    pub(crate) fn now(at: Time) -> Outcome {
+        Answer::json(&json!({ "now": at }))
     }
 }
 

@@ -17,13 +17,19 @@ pub(crate) struct Kept {
     wanted: Kinds,
 }
 
-impl Kept {
-    pub(crate) fn new(controller: Controller) -> Kept {
-        let debugger = Debugger::new(controller);
-        Kept { debugger, out: VecDeque::new(), wanted: Kinds::ALL }
-    }
+/// A controller that remembers.
+pub(crate) fn kept(controller: Controller) -> Kept {
+    let debugger = Debugger::new(controller);
+    Kept { debugger, out: VecDeque::new(), wanted: Kinds::ALL }
+}
 
-    pub(crate) fn controller(&self) -> &Controller {
+/// The controller itself.
+pub(crate) fn bare(kept: &Kept) -> &Controller {
+    kept.controller()
+}
+
+impl Kept {
+    fn controller(&self) -> &Controller {
         self.debugger.device()
     }
 

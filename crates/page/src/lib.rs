@@ -5,21 +5,48 @@
 //! so that the debugger and the history are there from the first moment.
 //!
 //! As WebAssembly it imports nothing; [`wasm`] is how JavaScript calls it.
+//!
+//! Without the feature `past` it is the module that answers first: see `later.rs`.
+
+#![cfg_attr(
+    not(feature = "past"),
+    expect(dead_code, reason = "only the past leads to other states, and out of them")
+)]
 
 mod acts;
 mod ask;
 mod call;
 mod desk;
-mod kept;
 mod live;
 mod own;
 mod pace;
-mod past;
-mod recorder;
 mod served;
 mod snapshots;
 pub mod wasm;
+
+#[cfg(feature = "past")]
+mod kept;
+#[cfg(feature = "past")]
+mod looks;
+#[cfg(feature = "past")]
+mod opened;
+#[cfg(feature = "past")]
+mod past;
+#[cfg(feature = "past")]
+mod profiles;
+#[cfg(feature = "past")]
+mod recorder;
+#[cfg(feature = "past")]
+mod walk;
+#[cfg(feature = "past")]
+mod words;
+#[cfg(feature = "past")]
 mod work;
+
+#[cfg(not(feature = "past"))]
+mod later;
+#[cfg(not(feature = "past"))]
+use later::{kept, looks, opened, past, profiles, recorder, words, work};
 
 pub use ask::Reply;
 pub use desk::Desk;

@@ -19,9 +19,9 @@ use vimc4_device::{
 };
 use vimc4_journal::Picture;
 
-use crate::kept::Kept;
+use crate::kept::{Kept, bare, kept};
 use crate::pace::Pace;
-use crate::recorder::Recorder;
+use crate::recorder::{Recorder, written};
 
 /// So many things are done before the page has its turn again.
 const BATCH: u32 = 20_000;
@@ -65,7 +65,7 @@ impl Live {
         controller: Controller,
         clock: Clock,
     ) -> Live {
-        let mut line = Line::ideal(Kept::new(controller));
+        let mut line = Line::ideal(kept(controller));
         line.watch(Kinds::ALL);
         let names = model.names(line.signals()).with_scales(machine.scales());
         let feed = Feed::new(Arc::new(|| {}));
@@ -98,7 +98,7 @@ impl Live {
     }
 
     pub(crate) fn controller(&self) -> &Controller {
-        self.line.device().controller()
+        bare(self.line.device())
     }
 
     // --- what is told ---
@@ -174,7 +174,7 @@ impl Live {
         let recorder =
             Recorder::begin(&self.model, &self.machine, self.pace.clock, self.names.clone());
         self.recorder = Some(recorder);
-        let state = serde_json::to_value(self.line.state()).unwrap_or_default();
+        let state = written(&self.line);
         self.tell(self.now(), What::State { by: None, state });
         self.performed = (self.now(), 0);
         self.settle();
@@ -583,7 +583,7 @@ impl Live {
     /// Its state is another one than at this time.
     pub(crate) fn is_elsewhere(&mut self, at: Time, by: &Source) {
         self.tell_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
-        let state = serde_json::to_value(self.line.state()).unwrap_or_default();
+        let state = written(&self.line);
         self.tell(at, What::State { by: Some(by.clone()), state });
         self.breakpoints.begin(&self.line);
         self.pending.clear();

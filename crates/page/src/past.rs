@@ -1,4 +1,4 @@
-//! What the routes of the debugger and of the past do.
+//! What the routes of the debugger, of the past and of other states do.
 
 use serde_json::{Value, json};
 use vimc4_answers::feed::Feed;
@@ -6,14 +6,14 @@ use vimc4_answers::fields::{bytes_of, no_such};
 use vimc4_answers::limits::HISTORY;
 use vimc4_answers::past::{self, DEBUGGER_REMEDY, Goal};
 use vimc4_answers::problem::{Kind, Problem};
-use vimc4_answers::seen;
-use vimc4_control::Effect;
+use vimc4_catalogue::Controller;
+use vimc4_control::{ControlError, Effect};
 use vimc4_debug::Directive;
 use vimc4_device::{Device, Order, Time, escape};
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
-use crate::served::Served;
+use crate::served::{Served, page};
 
 fn wrong(wrong: String) -> Problem {
     Problem::said(Kind::NotUnderstood, &wrong, DEBUGGER_REMEDY)
@@ -54,10 +54,10 @@ pub(crate) fn close_debugger(desk: &mut Desk, call: &Call) -> Outcome {
 }
 
 fn was_open(was_open: bool) -> Outcome {
-    Answer::json(&seen::effect(&match was_open {
+    Answer::done(&match was_open {
         true => Effect::Something,
         false => Effect::Nothing { why: Some("it was not open") },
-    }))
+    })
 }
 
 /// Does not open the debugger, which would pause the controller.
@@ -183,4 +183,48 @@ pub(crate) fn history_entries(desk: &mut Desk, call: &Call) -> Outcome {
         r#"{{"first":{first},"last":{last},"next":{last},"entries":[{}]}}"#,
         entries.join(",")
     )))
+}
+
+// --- another state, and what was recorded ---
+
+pub(crate) fn set_flash(desk: &mut Desk, call: &Call) -> Outcome {
+    let live = &mut desk.present(call)?.live;
+    let image = call.text("image").replace("\r\n", "\n");
+    let filled = Controller::new(&live.model, live.machine.clone(), image.as_bytes())?.state();
+    if !live.line.is_idle() {
+        return Err(ControlError::Unsupported(
+            "something is going on, and may come from the memory; wait until it is idle, or press stop",
+        )
+        .into());
+    }
+    let mut state = live.line.state();
+    state.device = state.device.with_memory_of(&filled).ok_or(ControlError::Ended)?;
+    live.restore(call.moment, &page(), state);
+    Answer::done(&Effect::Something)
+}
+
+pub(crate) fn restore_snapshot(desk: &mut Desk, call: &Call) -> Outcome {
+    let id: u64 = call.number("id", "snapshot")?;
+    let Served { live, snapshots, .. } = desk.present(call)?;
+    let kept = snapshots.kept.get(&id).cloned();
+    let kept = kept.ok_or_else(|| no_such("snapshot", &id.to_string()))?;
+    live.restore(call.moment, &page(), kept.state);
+    Answer::now(live.now())
+}
+
+fn not_recorded() -> Problem {
+    let remedy = "POST to recording begins one";
+    Problem::new(Kind::NoSuchThing, "nothing was to be recorded here", remedy)
+}
+
+pub(crate) fn recording(desk: &mut Desk, call: &Call) -> Outcome {
+    let live = &desk.present(call)?.live;
+    let recorder = live.recorder.as_ref().ok_or_else(not_recorded)?;
+    Ok(Answer::Text(recorder.text(live.now())))
+}
+
+pub(crate) fn end_recording(desk: &mut Desk, call: &Call) -> Outcome {
+    let live = &mut desk.present(call)?.live;
+    live.recorder.take().ok_or_else(not_recorded)?;
+    Answer::done(&Effect::Something)
 }

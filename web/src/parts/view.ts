@@ -3,7 +3,7 @@ import type { App, Part } from "../app";
 import { card, h, mark, put } from "../dom";
 import type { Machine } from "../machine";
 import { KINDS } from "../path";
-import { MachineScene, type Way } from "../scene";
+import type { MachineScene, Way } from "../scene";
 import { figure, say, translated } from "../words";
 
 const WAYS: readonly Way[] = ["isometric", "top", "front", "side"];
@@ -16,13 +16,20 @@ export function view(app: App): Part {
   const stage = h("div", { class: "stage" }, canvas, labels, coarse);
   const thinned = h("p", { class: "note" });
   let scene: MachineScene | null = null;
-  try {
+  let from: Way = "isometric";
+  let isLeft = false;
+  let drawing: Promise<void> | null = null;
+  /** What draws is more than all the rest of the page: it comes when there is something to draw. */
+  const draw = async (): Promise<void> => {
+    const { MachineScene } = await import("../scene");
+    if (isLeft) return;
     scene = new MachineScene(canvas, labels);
-  } catch {
-    stage.replaceChildren(h("p", { class: "note" }, say("no3d")));
-  }
+    scene.look(from);
+    app.changed();
+  };
   const ways = WAYS.map((way) => {
     const look = () => {
+      from = way;
       scene?.look(way);
       for (const [i, button] of ways.entries()) mark(button, "aria-pressed", String(WAYS[i] === way));
     };
@@ -41,8 +48,12 @@ export function view(app: App): Part {
     thinned);
   return {
     element,
-    leave: () => scene?.leave(),
+    leave() {
+      isLeft = true;
+      scene?.leave();
+    },
     show(machine: Machine) {
+      drawing ??= draw().catch(() => stage.replaceChildren(h("p", { class: "note" }, say("no3d"))));
       scene?.show(machine);
       const { path, position } = machine;
       mark(stage, "data-corners", String(path.corners));

@@ -20,6 +20,7 @@ impl vimc4_device::Model for Model {
     const FAMILY: &'static str = "cart";
     const MAKER: &'static str = "Cart & Sons";
     const COMMAND_SETS: &'static [&'static str] = &["rails"];
+    const AXES: &'static [&'static [&'static str]] = &[&["X"]];
     const QUIRKS: &'static [(&'static str, &'static [&'static str])] =
         &[("squeaks", &["false", "true"])];
 

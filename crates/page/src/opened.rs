@@ -1,0 +1,83 @@
+//! A recording that is opened.
+
+use serde::Deserialize;
+use serde_json::Value;
+use vimc4_answers::problem::{Kind, Problem};
+use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
+use vimc4_catalogue::{State, bare};
+use vimc4_control::Source;
+use vimc4_device::{Device, LineState, Names, OwnedInput};
+use vimc4_timeline::recording::{LineSort, Recording, What};
+
+use crate::live::Live;
+use crate::served::Served;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Text {
+    text: String,
+}
+
+/// The controller of a recording, with all that happened to it, at its end: its time stands still.
+pub(crate) fn recorded(content: &str) -> Result<Served, Problem> {
+    let Text { text } = serde_json::from_str(content).map_err(|error| {
+        let detail = format!("the recording is not there: {error}");
+        Problem::new(Kind::WrongRequest, detail, "send an object such as {\"text\":\"…\"}")
+    })?;
+    let wrong = |why: String| {
+        Problem::new(
+            Kind::NotUnderstood,
+            why,
+            "open what `vimc4 serve --record` or a test has recorded, unpacked",
+        )
+    };
+    let recording = Recording::read(text.as_bytes()).map_err(|error| wrong(error.to_string()))?;
+    let head = &recording.head;
+    if head.line == LineSort::Paced {
+        return Err(wrong(
+            "it was recorded with --line-pacing, where bytes are on their way for a while"
+                .to_owned(),
+        ));
+    }
+    let at_line = |line: u32, why: String| wrong(format!("line {line}: {why}"));
+    let model = profiles::model(&completed_model(&head.model)).map_err(wrong)?;
+    let machine = profiles::machine(&completed_machine(&head.machine)).map_err(wrong)?;
+    let mut controller = bare(&model, &machine, &[])?;
+    let state_of = |line: u32, written: &Value| {
+        let state = serde_json::from_value::<LineState<State>>(written.clone());
+        state.map_err(|error| at_line(line, error.to_string()))
+    };
+    let mut entries = recording.entries.iter().peekable();
+    // It begins with a state; without one, as a controller that was just switched on.
+    while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
+        if let What::State { state, .. } = &entry.what {
+            controller.restore(state_of(entry.line, state)?.device);
+            break;
+        }
+    }
+    let clock = head.clock.parse().unwrap_or_default();
+    let mut served = Served::new(Live::new(model, machine, controller, clock));
+    let live = &mut served.live;
+    let names = Names::of(&live.line);
+    for entry in entries {
+        match &entry.what {
+            What::Given { by, given } => {
+                let input = known(&names, given).map_err(|why| at_line(entry.line, why))?;
+                live.replay(entry.at, input, &Source::Controls(by.clone()));
+            }
+            What::State { by: Some(by), state } => {
+                let state = state_of(entry.line, state)?;
+                live.restore(0, &Source::Controls(by.clone()), state);
+            }
+            What::Mark(name) => {
+                live.line.device_mut().debugger.mark(name.as_str());
+            }
+            What::Sent(_) | What::End(_) if entry.at > live.now() => {
+                live.replay(entry.at, OwnedInput::Wake, &Source::Controls("".into()));
+            }
+            _ => {}
+        }
+    }
+    live.pause(Source::Controls("the end of the recording".into()));
+    Ok(served)
+}

@@ -1,0 +1,37 @@
+// The controllers of the module that answers first, until those of the whole one take their place.
+import type { Answer } from "../src/api";
+import type { Desk } from "../src/desk";
+
+/** Only the whole module can do that. */
+export class Later extends Error {}
+
+/** What a desk was asked, or the moment up to which it was heard. */
+type Done = [method: string, path: string, body?: unknown] | number;
+
+export class Relay {
+  /** All of it, so that it can be done again; nothing any more once the whole module is there. */
+  private done: Done[] | null = [];
+
+  constructor(private desk: Desk) {}
+
+  ask(method: string, path: string, body?: unknown): Answer {
+    const answer = this.desk.ask(method, path, body);
+    if (this.done && (answer.body as { later?: boolean } | null)?.later) throw new Later();
+    this.done?.push([method, path, body]);
+    return answer;
+  }
+
+  hear(now: number): object[] {
+    this.done?.push(now);
+    return this.desk.hear(now);
+  }
+
+  /** Brings the whole module to where this one is, to the nanosecond, and goes on with it. */
+  handOver(whole: Desk): void {
+    for (const done of this.done ?? []) {
+      if (typeof done === "number") whole.hear(done);
+      else whole.ask(...done);
+    }
+    [this.desk, this.done] = [whole, null];
+  }
+}
