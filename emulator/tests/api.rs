@@ -432,11 +432,28 @@ fn what_is_wrong_is_quoted_whole() -> Outcome {
             "nothing follows `take`, and here does `now`",
             "the line `help` lists all",
         ),
+        // What would be right is about the words, and not about the request.
+        (
+            "/clock/run-until",
+            json!({ "condition": "x >" }),
+            "`x >` is not finished",
+            "a position in steps or mm, as in `x > -5000` or `x > -12.5mm`",
+        ),
+        ("/faults", json!({ "fault": "jam q" }), "`jam q` is wrong at `q`", "an axis: x, y, z, a"),
+        (
+            "/history/do",
+            json!({ "order": "run 5s" }),
+            "`run 5s` is wrong at `5s`",
+            "run until idle, run until x 2500 or run until CONDITION",
+        ),
     ] {
         let (status, said) = request(&address, "POST", path, &body);
         assert_eq!((status, &said["detail"]), (422, &json!(detail)), "{said}");
         assert_eq!(said["remedy"], remedy);
     }
+    // Not all that may be in a request goes together.
+    let (_, said) = request(&address, "POST", "/history/do", &json!({ "ordr": "hold estop" }));
+    assert_eq!(said["remedy"], r#"send an object such as {"order":"hold estop"}"#);
     // And what is right is.
     let right = json!({ "expect": "command @A, never; then x > 100, once" });
     assert_eq!(request(&address, "POST", "/expectations", &right).0, 200);

@@ -24,7 +24,7 @@ export class App {
   machines: Machine[] = [];
   isConnected = false;
   /** What the page says of the last order: in English, unless it is one of its own words. */
-  onNotice: (text: string, isError: boolean, isOwn?: boolean) => void = () => {};
+  onNotice: (text: string, isError: boolean, isOwn?: boolean, lead?: string) => void = () => {};
   /** What it has said is no longer so. */
   onNoticeOver: () => void = () => {};
   onChange: () => void = () => {};
@@ -159,7 +159,8 @@ export class App {
       return this.onNotice(say("noAnswer"), true, true);
     }
     const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
-    this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true);
+    // What the program says is English.
+    this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true, false, say("refused"));
   }
 
   changed(): void {

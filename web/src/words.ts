@@ -102,6 +102,7 @@ const TABLE = {
   conversation: ["Conversation", "Gespräch"],
   search: ["Search the conversation", "Gespräch durchsuchen"],
   show: ["Show", "Zeigen"],
+  refused: ["Refused:", "Abgelehnt (englisch begründet):"],
   inEnglish: ["What happened is told in English.", "Was geschah, und was die Steuerung dazu sagt, steht hier auf Englisch."],
   everything: ["everything", "alles"],
   talk: ["commands and answers", "Befehle und Antworten"],

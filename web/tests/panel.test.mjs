@@ -489,7 +489,7 @@ with_(["--web", "--model", "smcu", "--machine", "board-plotter"], "a controller 
 });
 
 with_(["--web"], "it speaks German, works by keyboard alone, and fits a phone", async (server, opened) => {
-  const { page } = await opened({ locale: "de", viewport: { width: 390, height: 844 } });
+  const { page, complaints } = await opened({ locale: "de", viewport: { width: 390, height: 844 } });
   assert.equal(await page.locator("html").getAttribute("lang"), "de");
   await page.getByRole("heading", { name: "Bedienfeld" }).waitFor();
   assert.equal(await knob(page, "start").getAttribute("title"), "Taste START");
@@ -499,6 +499,18 @@ with_(["--web"], "it speaks German, works by keyboard alone, and fits a phone", 
   await server.send("@0A5");
   await said(page, "takes 8 numbers").waitFor();
   assert.equal(await said(page, "takes 8 numbers").locator(".text").getAttribute("lang"), "en");
+  // It also says what would be right for a person, and nothing of requests.
+  await page.getByRole("textbox", { name: "Laufen bis" }).fill("x >");
+  await page.locator("form", { hasText: "Laufen bis" }).getByRole("button").click();
+  const refused = page.locator('.notice[data-error="true"]', { hasText: "Abgelehnt" });
+  await refused.waitFor();
+  const why = await refused.locator('[lang="en"]').textContent();
+  assert.match(why, /^`x >` is not finished — a position in steps/);
+  complaints.splice(complaints.findIndex((text) => text.includes("422")), 1);
+  await refused.getByRole("button").click();
+  // All viewers see the name of a moment, in whichever language.
+  await page.getByRole("button", { name: "Diesen Moment festhalten" }).click();
+  await page.getByText(/^Moment 1 · /).waitFor();
   await page.getByText("verbunden", { exact: true }).waitFor();
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `it is ${width} wide`);

@@ -101,7 +101,12 @@ pub fn right_body(fields: &[Field]) -> String {
     if fields.is_empty() {
         return "send no body".to_owned();
     }
-    let example = fields.iter().map(|field| (field.name.to_owned(), field.example()));
+    // What has to be there; otherwise one of what may be, since not all goes together.
+    let mut example: Vec<&Field> = fields.iter().filter(|field| field.is_needed).collect();
+    if example.is_empty() {
+        example.extend(fields.first());
+    }
+    let example = example.into_iter().map(|field| (field.name.to_owned(), field.example()));
     let object = format!("send an object such as {}", Value::Object(example.collect()));
     match image(fields) {
         Some(_) => format!("{object}, or its bytes as application/octet-stream"),

@@ -117,10 +117,23 @@ impl Problem {
         }
     }
 
-    /// With this remedy, if it has none of its own. What is not met was asked for in the right way.
+    /// Words that are wrong somewhere, and what would be right there.
+    fn of_words(error: &impl Display, right: &str) -> Problem {
+        let text = error.to_string();
+        let detail = text.strip_suffix(right).and_then(|before| before.strip_suffix(": "));
+        match detail {
+            // It may have a remedy of its own.
+            Some(detail) if parted(right).is_none() => {
+                Problem::new(Kind::NotUnderstood, detail, right)
+            }
+            _ => Problem::said(Kind::NotUnderstood, &text, ""),
+        }
+    }
+
+    /// With this remedy, if it has none of its own and that may be what was wrong.
     #[must_use]
     pub fn or_remedy(mut self, remedy: impl FnOnce() -> String) -> Problem {
-        if self.remedy.is_empty() && self.kind != Kind::Unmet {
+        if self.remedy.is_empty() && self.kind == Kind::NotUnderstood {
             self.remedy = remedy();
         }
         self
@@ -168,6 +181,18 @@ impl From<ControlError> for Problem {
     }
 }
 
+macro_rules! wrong_words {
+    ($($error:ty),+) => {
+        $(impl From<$error> for Problem {
+            fn from(error: $error) -> Problem {
+                Problem::of_words(&error, error.right())
+            }
+        })+
+    };
+}
+
+wrong_words!(OrderError, ConditionError, FaultError, RuleError);
+
 macro_rules! not_understood {
     ($($error:ty),+) => {
         $(impl From<$error> for Problem {
@@ -178,12 +203,4 @@ macro_rules! not_understood {
     };
 }
 
-not_understood!(
-    OrderError,
-    ConditionError,
-    FaultError,
-    RuleError,
-    Mistake,
-    MemoryError,
-    ClockError
-);
+not_understood!(Mistake, MemoryError, ClockError);

@@ -19,13 +19,14 @@ export function colour(): void {
 
 /** What came of the last order. It outlives the rest of the page, which is built anew for other controllers. */
 export function notice(app: App): HTMLElement {
-  const text = h("p");
+  const [first, text] = [h("span"), h("span")];
   const close = h("button", {}, "×");
-  const element = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, text, close);
+  const element = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, h("p", {}, first, text), close);
   let timer = 0;
   const end = () => (element.hidden = true);
   close.onclick = end;
-  app.onNotice = (said, isError, isOwn) => {
+  app.onNotice = (said, isError, isOwn, lead) => {
+    put(first, lead ? `${lead} ` : "");
     put(text, said);
     text.lang = isOwn ? language() : "en";
     close.ariaLabel = say("close");
