@@ -10,7 +10,7 @@ use vimc4::{Machine, Model};
 use vimc4_catalogue::Controller;
 use vimc4_device::{Activity, Device, Event, Kinds, Motion, Point, Time};
 use vimc4_motion::{Path, Profile, Segment};
-use vimc4_picture::{Axis, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
+use vimc4_picture::{Axis, Back, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
 use crate::output::{create, unwritable};
@@ -189,20 +189,42 @@ impl Drawing {
         D: Device<Details = <Controller as Device>::Details>,
     {
         if matches!(event, Event::Motion(Motion::Begins { .. })) {
-            self.stood.get_or_insert_with(|| {
-                let axes = device.view(at).axes;
-                axes.iter().map(|axis| axis.carriage - axis.position).collect()
-            });
-            let head = || device.details().is_head_down();
-            self.plot.purpose(match device.activity() {
-                Activity::ReferenceTowardsSwitch
-                | Activity::ReferenceOutOfSwitch
-                | Activity::ReferenceFreeSteps => Purpose::Reference,
-                _ if self.is_rapid || head() == Some(false) => Purpose::Rapid,
-                _ => Purpose::Work,
-            });
+            self.stood.get_or_insert_with(|| shifts(device, at));
+            self.plot.purpose(self.purpose(device));
         }
         self.plot.see(at, event);
+    }
+
+    /// At this time a controller was put into the state in which it is now.
+    pub(crate) fn put_back<D>(&mut self, device: &D, at: Time, text: String)
+    where
+        D: Device<Details = <Controller as Device>::Details>,
+    {
+        let now = device.now();
+        let shifts = shifts(device, now);
+        let stood = self.stood.as_deref().unwrap_or(&shifts);
+        let mut shift = Point::default();
+        for (shift, (now, stood)) in shift.iter_mut().zip(shifts.iter().zip(stood)) {
+            *shift = now - stood;
+        }
+        let running = device.running().map(|running| (running.began, running.segment));
+        let back = Back { now, counters: device.position(now), shift, running, text };
+        self.plot.put_back(at, back);
+        self.plot.purpose(self.purpose(device));
+    }
+
+    fn purpose<D>(&self, device: &D) -> Purpose
+    where
+        D: Device<Details = <Controller as Device>::Details>,
+    {
+        let head = || device.details().is_head_down();
+        match device.activity() {
+            Activity::ReferenceTowardsSwitch
+            | Activity::ReferenceOutOfSwitch
+            | Activity::ReferenceFreeSteps => Purpose::Reference,
+            _ if self.is_rapid || head() == Some(false) => Purpose::Rapid,
+            _ => Purpose::Work,
+        }
     }
 
     /// Is a picture from there, if nothing else was said.
@@ -263,6 +285,12 @@ impl Drawing {
         }
         Ok(())
     }
+}
+
+/// Carriage minus counter of each axis.
+fn shifts<D: Device>(device: &D, at: Time) -> Vec<i64> {
+    let axes = device.view(at).axes;
+    axes.iter().map(|axis| axis.carriage - axis.position).collect()
 }
 
 fn written(path: &path::Path, bytes: &[u8]) -> Result<(), Failure> {

@@ -8,7 +8,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
+use serde_json::Value;
+use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Source, Tap, Wants, What};
 use vimc4_answers::past::{Lived, is_on_way, way};
 use vimc4_catalogue::{Controller, State};
 use vimc4_debug::{
@@ -17,7 +18,7 @@ use vimc4_debug::{
 };
 #[cfg(feature = "api")]
 use vimc4_device::TimedInput;
-use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
+use vimc4_device::{Condition, Device, Input, Kinds, LineState, OwnedInput, Time};
 use vimc4_timeline::{Act, History, Moment, Place, Progress};
 
 /// How many reports may wait until they are looked at.
@@ -25,6 +26,9 @@ const WAITING: usize = 1 << 20;
 
 /// How many acts a controller is led by before asking whether to go on.
 const PATIENCE: u32 = 64;
+
+/// In whose name a debugger pauses the controller when what it waits for has come.
+const DEBUGGER: &str = "the debugger";
 
 /// Why the controller does not do what is wanted.
 pub(crate) type Failed = String;
@@ -68,6 +72,8 @@ pub(crate) struct Live {
     lived: Lived,
     /// Its breakpoints while it runs.
     set: Vec<vimc4::BreakpointId>,
+    /// In whose names those pause it.
+    stops: Vec<Source>,
     /// From where it was let go, while it runs.
     running_from: Option<Place>,
     /// Until when, and the breakpoint that waits for a command.
@@ -138,6 +144,7 @@ impl Live {
             place,
             lived,
             set: Vec::new(),
+            stops: Vec::new(),
             running_from: None,
             until: Until::Paused,
             awaited: None,
@@ -315,7 +322,6 @@ impl Live {
                 end = debugger.place();
                 break;
             }
-            let before = debugger.device().clone();
             let history = debugger.history_mut();
             let mut done = None;
             // Not beyond the target moment.
@@ -337,11 +343,7 @@ impl Live {
             };
             match input {
                 Some(input) => {
-                    let mut before = before;
-                    if before.now() < debugger.now() {
-                        before.accept(Input::Wake, debugger.now());
-                        self.put(before.state())?;
-                    }
+                    self.control.wait_until(debugger.now()).wait().map_err(failed)?;
                     self.control.inject(input).wait().map_err(failed)?;
                 }
                 None => _ = self.control.step().wait().map_err(failed)?,
@@ -350,6 +352,7 @@ impl Live {
         debugger.history_mut().go_to_end(heading);
         debugger.history_mut().go_back_to(end);
         debugger.history_mut().drain();
+        self.control.wait_until(end.moment.at).wait().map_err(failed)?;
         self.put_state(debugger)?;
         self.place = end;
         self.forget_reports();
@@ -389,7 +392,7 @@ impl Live {
         }
         if history.device().state() != state {
             // Something was done to it that no input shows.
-            history.fork("as it was found", state);
+            history.put_back("as it was found", state);
         }
         history.drain();
         Ok(history.present())
@@ -552,11 +555,22 @@ impl Live {
     /// Has the controller paused by the breakpoints that the debugger has now, and no others.
     pub(crate) fn heed(&mut self, debugger: &Debugger) -> Result<(), Failed> {
         let enabled = debugger.breakpoints().iter().filter(|breakpoint| breakpoint.is_enabled);
-        let mut conditions: Vec<Condition> = enabled.map(|it| pauses(it, debugger)).collect();
-        conditions.extend(self.until.time().map(Condition::At));
+        let stop = |breakpoint: &Breakpoint| {
+            let by = match self.awaited == Some(breakpoint.id) {
+                true => DEBUGGER.to_owned(),
+                false => format!("breakpoint {} of {DEBUGGER}", breakpoint.id),
+            };
+            (pauses(breakpoint, debugger), by)
+        };
+        let mut stops: Vec<(Condition, String)> = enabled.map(stop).collect();
+        let until = self.until.time().map(Condition::At);
+        stops.extend(until.map(|until| (until, DEBUGGER.to_owned())));
         let before = std::mem::take(&mut self.set);
-        for condition in conditions {
-            self.set.push(self.control.break_when(condition).wait().map_err(failed)?);
+        self.stops.clear();
+        for (condition, by) in stops {
+            let by = Source::Controls(by.into());
+            self.stops.push(by.clone());
+            self.set.push(self.control.stop_when(condition, by).wait().map_err(failed)?);
         }
         self.heed_no_more(before)
     }
@@ -615,7 +629,10 @@ impl Live {
         debugger.history_mut().go_back_to(from);
         let mut stop = debugger.go(Way::Forward, Some(at), progress);
         self.notes.append(&mut stop.notes);
-        let by_hand = matches!(pause.news(), Some(News::Paused { by: Some(_), .. }));
+        let by_hand = matches!(
+            pause.news(),
+            Some(News::Paused { by: Some(by), .. }) if !self.stops.contains(by)
+        );
         let is_time = self.until.time().is_some_and(|until| until <= at);
         if !matches!(stop.why, Reason::Breakpoints(_)) {
             debugger.history_mut().go_back_to(self.place);
@@ -679,14 +696,28 @@ pub(crate) fn is_pause(report: &Report) -> bool {
     matches!(report.news(), Some(News::Paused { .. }))
 }
 
-/// Gives the history what the controller was given.
+/// Gives the history what the controller was given, and puts it into the states that it was put into.
 pub(crate) fn follow(debugger: &mut Debugger, report: &Report) {
-    if let What::Input { input, .. } = &report.what {
-        let history = debugger.history_mut();
-        history.run_to(report.at);
-        history.give(input.as_input());
-        history.drain();
+    let history = debugger.history_mut();
+    match &report.what {
+        What::Input { input, .. } => {
+            history.run_to(report.at);
+            history.give(input.as_input());
+        }
+        What::State { by: Some(by), state: written } => {
+            history.run_to(report.at);
+            if let Some(state) = state(written) {
+                history.put_back(format!("put back by {by}"), state);
+            }
+        }
+        _ => return,
     }
+    history.drain();
+}
+
+/// The state of a controller in that of its line, as it is reported.
+pub(crate) fn state(written: &Value) -> Option<State> {
+    serde_json::from_value::<LineState<State>>(written.clone()).ok().map(|line| line.device)
 }
 
 /// When a running controller has to be paused for a breakpoint: when its condition becomes so, or

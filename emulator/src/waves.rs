@@ -167,9 +167,9 @@ impl Waves {
         self.drawn.with(|analyser| analyser.given(at, input));
     }
 
-    /// The device was put into another state.
-    pub(crate) fn restored(&mut self) {
-        self.drawn.with(Analyser::restored);
+    /// The device has been put into another state by somebody.
+    pub(crate) fn restored<D: Device<Details = Details>>(&mut self, device: &D, by: &str) {
+        self.drawn.with(|analyser| analyser.restored(device, by, drives(&self.model)));
     }
 
     /// What came out, and the device now.

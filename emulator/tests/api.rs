@@ -353,7 +353,10 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     // That was a turn of the past, which stays a branch of it.
     let again = ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1;
     assert_eq!((x(&again), &again["now"]["branch"]), (json!(898), &json!(1)));
-    assert!(again["branches"][1]["name"].as_str().is_some_and(|name| name.starts_with("put back")));
+    // It is known where it left, and why.
+    for of in ["parted", "first", "why"] {
+        assert_eq!(again["branches"][1][of], taken["branches"][1][of], "{of}");
+    }
     // Nor does it go on: what is done at its end begins a branch, too.
     let there = ask("POST", "/history/go", json!({ "branch": 0 })).1;
     let done = ask("POST", "/history/do", json!({ "send": "@0P\r" })).1;
@@ -457,6 +460,92 @@ fn what_is_wrong_is_quoted_whole() -> Outcome {
     // And what is right is.
     let right = json!({ "expect": "command @A, never; then x > 100, once" });
     assert_eq!(request(&address, "POST", "/expectations", &right).0, 200);
+    Ok(())
+}
+
+/// The past is whole: it has the time that has only passed, before a step and before somebody went back.
+fn the_past_has_all_that_was_lived() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "10x", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| {
+        let (status, said) = request(&address, method, path, &body);
+        assert_eq!(status, 200, "{path} {body}: {said}");
+        said
+    };
+    let get = |path: &str| ask("GET", path, Value::Null);
+    let x = |history: &Value| history["view"]["axes"][0]["position"].as_i64().unwrap();
+    ask("POST", "/line", json!({ "send": "@01\r@0A30000,900\r" }));
+    ask("POST", "/clock/run-until", json!({ "condition": "x > 500" }));
+    ask("POST", "/debugger", json!({ "line": "step 100 steps" }));
+    let clock = get("/clock");
+    assert_eq!(clock["paused"]["at"], clock["now"]);
+    let here = clock["now"].as_u64().ok_or("no time")?;
+    let stepped = x(&ask("POST", "/history/go", json!({})));
+    assert!(stepped > 600, "{stepped}");
+    ask("DELETE", "/debugger", Value::Null);
+
+    // A step puts nothing back, and where only time has passed is there.
+    let deeds = || -> Vec<String> {
+        let news = get("/journal?kinds=news")["entries"].clone();
+        let text = |entry: &Value| entry["text"].as_str().unwrap_or_default().to_owned();
+        news.as_array().into_iter().flatten().map(text).collect()
+    };
+    assert!(deeds().iter().all(|deed| !deed.contains("restore")), "{:?}", deeds());
+    let at = here - 100_000_000;
+    let before = ask("POST", "/history/go", json!({ "at": at }));
+    assert_eq!((&before["at"], x(&before)), (&json!(at), stepped - 90));
+    assert_eq!(before["branches"].as_array().map(Vec::len), Some(1));
+
+    // Taken over there, the controller goes on; what it had lived is left, and stays.
+    assert_eq!(ask("POST", "/history/take", Value::Null)["now"]["at"], at);
+    assert_eq!(get("/clock")["paused"]["at"], at);
+    ask("DELETE", "/debugger", Value::Null);
+    ask("POST", "/clock/run-until", json!({ "condition": "x > 1000" }));
+    ask("POST", "/line", json!({ "send": "@0P\r" }));
+    for later in [50_000_000, 300_000_000] {
+        let there = ask("POST", "/history/go", json!({ "at": at + later }));
+        assert_eq!((&there["at"], &there["branch"]), (&json!(at + later), &json!(1)));
+        assert_eq!(x(&there), stepped - 90 + 900 * later as i64 / 1_000_000_000);
+    }
+    let branch = get("/history")["branches"][1].clone();
+    assert_eq!(
+        (&branch["parted"], &branch["first"], &branch["why"]),
+        (&json!({ "branch": 0, "at": at }), &json!(at), &Value::Null)
+    );
+    let left = ask("POST", "/history/go", json!({ "branch": 0, "at": here }));
+    assert_eq!(x(&left), stepped);
+    ask("DELETE", "/debugger", Value::Null);
+    Ok(())
+}
+
+/// A debugger has breakpoints of its own: those of the API keep their numbers, and it is said whose paused.
+fn the_breakpoints_of_the_debugger_are_its_own() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| {
+        let (status, said) = request(&address, method, path, &body);
+        assert_eq!(status, 200, "{path} {body}: {said}");
+        said
+    };
+    let debug = |line: &str| ask("POST", "/debugger", json!({ "line": line }))["text"].clone();
+    let paused = || ask("GET", "/clock", Value::Null)["paused"].clone();
+    ask("POST", "/line", json!({ "send": "@01\r" }));
+    debug("break x > 1500");
+    debug("send @0A30000,900");
+    let said = debug("continue");
+    assert!(said.as_str().is_some_and(|said| said.contains("breakpoint 1")), "{said}");
+    let none = json!([]);
+    assert_eq!(paused()["by"], "breakpoint 1 of the debugger");
+    assert_eq!(
+        (&paused()["breakpoints"], &ask("GET", "/breakpoints", Value::Null)),
+        (&none, &none)
+    );
+    debug("continue 200ms");
+    assert_eq!((&paused()["by"], &paused()["breakpoints"]), (&json!("the debugger"), &none));
+    assert_eq!(ask("POST", "/breakpoints", json!({ "condition": "x > 3000" }))["id"], 1);
+    ask("DELETE", "/debugger", Value::Null);
+    ask("POST", "/clock/run-until", json!({ "condition": "x > 4000" }));
+    assert_eq!((&paused()["by"], &paused()["breakpoints"]), (&Value::Null, &json!([1])));
     Ok(())
 }
 
@@ -629,6 +718,12 @@ fn main() -> ExitCode {
             "the_past_is_looked_at_branches_and_is_taken_over",
             "",
             the_past_is_looked_at_branches_and_is_taken_over,
+        ),
+        trial("the_past_has_all_that_was_lived", "", the_past_has_all_that_was_lived),
+        trial(
+            "the_breakpoints_of_the_debugger_are_its_own",
+            "",
+            the_breakpoints_of_the_debugger_are_its_own,
         ),
         trial("those_who_look_are_in_nobodys_way", "", those_who_look_are_in_nobodys_way),
         trial("a_host_gets_what_it_has_not_had", "", a_host_gets_what_it_has_not_had),

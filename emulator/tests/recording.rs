@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use rustix::process::Signal;
 use serde_json::Value;
+use vimc4::device::OwnedInput;
 use vimc4::{Clock, Emulator};
 use vimc4_timeline::recording::{Given, Recording, What};
 
@@ -1005,4 +1006,51 @@ fn recordings_that_differ_in_times_only_are_told_so() {
     );
     assert!(text.contains("They part after 64 bytes"), "{text}");
     assert!(!text.contains("Every byte is equal"), "{text}");
+}
+
+#[test]
+fn pictures_and_waveforms_show_what_was_lived_after_going_back_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("back.jsonl");
+    let emulator = Emulator::builder().machine("mill").time(Clock::Manual).record(&*file);
+    let emulator = emulator.start().unwrap();
+    let control = emulator.control();
+    let send = |line: &'static str| {
+        control.inject(OwnedInput::Bytes(line.as_bytes().into())).wait().unwrap();
+    };
+    let advance = |millis| emulator.advance(Duration::from_millis(millis)).unwrap();
+    send("@01\r");
+    advance(1_000);
+    let at_rest = emulator.snapshot().unwrap();
+    send("@0A900,900\r");
+    advance(2_000);
+    emulator.restore(&at_rest).unwrap();
+    send("@0A-300,900\r");
+    advance(1_000);
+    assert_eq!(emulator.position().unwrap()[0], -300);
+    drop(emulator);
+
+    let mut replay = vec!["replay", "back.jsonl", "--csv", "back.csv", "--plot", "back.svg"];
+    if cfg!(feature = "api") {
+        replay.extend(["--html", "back.html"]);
+    }
+    let (code, said, errors) = run(folder.path(), &replay);
+    assert_eq!(code, 0, "{said}{errors}");
+    assert!(errors.contains("went back once"), "{errors}");
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let table = read("back.csv");
+    let rows: Vec<&str> = table.lines().collect();
+    for row in [
+        "3.000000000,note,put back by the library to 1s",
+        "3.000000000,x.position,0",
+        "3.000000000,command,\"@0A-300,900\"",
+    ] {
+        assert!(rows.contains(&row), "{row}");
+    }
+    let last = rows.iter().rfind(|row| row.contains(",x.position,")).unwrap();
+    assert!(last.ends_with(",x.position,-300") && last.starts_with("3.3"), "{last}");
+    // 80 steps a millimetre.
+    let picture = read("back.svg");
+    assert!(picture.contains("<title>put back at 3.000 s, X 0.000 mm"), "{picture}");
+    assert!(picture.contains("<title>end at 3.337 s, X -3.750 mm"), "{picture}");
 }

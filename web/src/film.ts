@@ -14,6 +14,8 @@ interface Data {
     end: number;
     left_out: number;
     every: number;
+    /** How often somebody went back: what had happened after that moment is not in it. */
+    back: number;
     parts: Way["parts"];
   };
   entries: Entry[];
@@ -78,6 +80,11 @@ export class Film implements Tale {
     return this.data.head.every;
   }
 
+  /** How often somebody went back. */
+  get back(): number {
+    return this.data.head.back;
+  }
+
   /** Who shows it. */
   shownBy(changed: () => void): void {
     this.onChange = changed;
@@ -110,7 +117,8 @@ export class Film implements Tale {
     const next = views[index + 1];
     if (!next || next[0] <= views[index]![0]) return { ...before, at };
     const after = this.exact(index + 1);
-    const share = (at - views[index]![0]) / (next[0] - views[index]![0]);
+    const span = next[0] - views[index]![0];
+    const share = (at - views[index]![0]) / span;
     const between = (one: number, other: number) => Math.round(one + (other - one) * share);
     const axes = before.axes.map((axis, i) => {
       const to = after.axes[i]!;
@@ -121,6 +129,8 @@ export class Film implements Tale {
         ...axis,
         carriage: between(axis.carriage, to.carriage),
         position: counted ? between(axis.position, to.position) : axis.position,
+        // At the moment that is known so is the speed; after it, it is that of what is shown.
+        speed: at > views[index]![0] ? Math.round((moved * 1e15) / span) : axis.speed,
       };
     });
     return { ...before, at, axes };

@@ -96,6 +96,7 @@ const TABLE = {
   film: ["A recording. Between its entries axes are shown to move evenly.", "Eine Aufzeichnung. Zwischen ihren Einträgen bewegen sich die Achsen gleichmäßig."],
   filmThinned: ["A long recording: not every moment of it is kept exactly.", "Eine lange Aufzeichnung: Nicht jeder Moment ist genau enthalten."],
   leftOut: ["earlier entries are left out", "frühere Einträge sind ausgelassen"],
+  wentBack: ["× somebody went back, and what had come of it is left out", "× ist jemand zurückgegangen; was daraus geworden war, ist ausgelassen"],
   leaves: ["leaves", "verlässt"],
   lookAt: ["Look at this moment", "Diesen Moment ansehen"],
   // conversation

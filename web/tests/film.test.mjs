@@ -5,19 +5,27 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { blank, browse, run, until } from "./stand.mjs";
+import { blank, browse, run, serve, until } from "./stand.mjs";
 
 let browser;
 before(async () => (browser = await browse("--enable-precise-memory-info")));
 after(() => browser?.close());
 
 /** A recording of what these lines do, as a page, opened. */
-async function film(lines, body) {
-  const folder = await mkdtemp(join(tmpdir(), "film-"));
-  try {
+function film(lines, body) {
+  const record = async (folder, recording) => {
     const commands = join(folder, "commands.txt");
     await writeFile(commands, `${lines.join("\n")}\n`);
-    await run("run", commands, "--machine", "mill", "--record", join(folder, "it.jsonl"));
+    await run("run", commands, "--machine", "mill", "--record", recording);
+  };
+  return shown(record, body);
+}
+
+/** A recording that `record` makes, as a page, opened. */
+async function shown(record, body) {
+  const folder = await mkdtemp(join(tmpdir(), "film-"));
+  try {
+    await record(folder, join(folder, "it.jsonl"));
     const page_ = join(folder, "it.html");
     await run("replay", join(folder, "it.jsonl"), "--html", page_);
     const { page, context, asked, complaints } = await blank(browser);
@@ -79,6 +87,46 @@ test("a recording is scrubbed, by keys and by its entries, and nothing in it can
     await page.evaluate(axe);
     const found = await page.evaluate(async () => (await window.axe.run()).violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`));
     assert.deepEqual(found, []);
+  });
+});
+
+test("who went back is shown on the way that led to the end, and speeds are those of what is shown", async () => {
+  const record = async (_, recording) => {
+    const server = await serve("--machine", "mill", "--time", "manual", "--web", "--record", recording);
+    const one = "/controllers/1";
+    const advance = (span) => server.ask("POST", `${one}/clock/advance`, { span });
+    try {
+      await server.send("@01");
+      await advance("1s");
+      await server.ask("POST", `${one}/snapshots`);
+      await server.send("@0A900,900");
+      await advance("2s");
+      await server.ask("POST", `${one}/snapshots/1/restore`);
+      await server.send("@0A-1800,900");
+      await advance("3s");
+      await server.send("@0P");
+    } finally {
+      await server.end();
+    }
+  };
+  await shown(record, async (page) => {
+    const range = page.getByRole("slider", { name: "Time line" });
+    const [begin] = await carriage(page);
+    await range.focus();
+    await page.keyboard.press("End");
+    await until("it is at the end", async () => (await carriage(page))[0] === begin - 1_800);
+    assert.equal(await page.locator(".entry", { hasText: "@0A900,900" }).count(), 0);
+    await page.locator(".entry", { hasText: "@0P" }).first().waitFor();
+    await page.locator(".timeline", { hasText: "1 × somebody went back" }).waitFor();
+    // 1,800 steps in two seconds are 11.25 mm/s, at the moment between.
+    await range.evaluate((range) => {
+      range.value = "2000";
+      range.dispatchEvent(new Event("input"));
+    });
+    const speed = page.locator(".axes tbody tr").first().locator("td").nth(2);
+    await until("it moves", async () => Math.abs((await carriage(page))[0] - (begin - 900)) < 20);
+    const [, figure] = /^(-[\d.]+) mm/.exec((await speed.textContent()).replace("−", "-")) ?? [];
+    assert.ok(Math.abs(Number(figure) + 11.2) < 0.15, await speed.textContent());
   });
 });
 

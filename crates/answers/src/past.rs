@@ -45,7 +45,9 @@ pub fn moment(Place { branch, moment }: Place) -> Value {
 pub fn history(debugger: &Debugger, live: Place) -> Value {
     let history = debugger.history();
     let branches = history.branches().map(|branch| {
-        let first = history.inputs(branch.id, 0).next().filter(|_| branch.parted.is_some());
+        // What made it leave the other one was given at once, unless it was put there.
+        let first = history.inputs(branch.id, 0).next();
+        let first = first.filter(|first| branch.parted.is_some() && first.at == branch.first.at);
         json!({
             "id": branch.id,
             "name": branch.name,
@@ -187,7 +189,7 @@ pub fn happened(
     }
     let (mut told, mut before) = (0, 0);
     while !has_come_to(history.present(), end)
-        && history.find_next(end.moment.at, |device, _, outputs| {
+        && history.find_next(Time::NEVER, |device, _, outputs| {
             for output in outputs {
                 if let Some(report) = report(output) {
                     sink.report(&report, &|line| device.explain(line));

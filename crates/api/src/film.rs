@@ -31,6 +31,8 @@ pub struct Film {
     /// What is seen after what was told last.
     latest: Option<(Time, View)>,
     parts: Vec<Value>,
+    /// How often somebody has gone back.
+    back: usize,
 }
 
 impl Film {
@@ -55,10 +57,16 @@ impl Film {
             since: 0,
             latest: None,
             parts: Vec::new(),
+            back: 0,
         };
         film.part(0, now);
         film.see(controller);
         film
+    }
+
+    /// So often somebody has gone back, and what had happened after that moment is not told.
+    pub fn went_back(&mut self, times: usize) {
+        self.back = times;
     }
 
     /// Another branch begins at this time.
@@ -120,6 +128,7 @@ impl Film {
             "end": end,
             "left_out": part.first - 1,
             "every": self.every,
+            "back": self.back,
             "parts": self.parts,
         });
         write!(packed, "{{\"head\":{head},\"entries\":[")?;

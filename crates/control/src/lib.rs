@@ -14,7 +14,7 @@ mod pause;
 mod report;
 mod talk;
 
-pub use breakpoints::{BreakpointView, Breakpoints};
+pub use breakpoints::{BreakpointView, Breakpoints, Met};
 pub use clock::{Clock, ClockError, Rate};
 pub use effect::{Effect, NO_MORE_FAULTS, NO_MORE_RULES, why_without_effect};
 pub use error::ControlError;

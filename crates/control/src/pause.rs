@@ -9,7 +9,7 @@ use crate::{BreakpointId, Source};
 pub struct Pause {
     /// The controller's time when it was paused.
     pub at: Time,
-    /// The source of the pause; `None` if it was a breakpoint.
+    /// The source of the pause; `None` if it was a breakpoint that is listed here.
     pub by: Option<Source>,
     /// The breakpoints that were met.
     pub breakpoints: Vec<BreakpointId>,

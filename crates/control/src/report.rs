@@ -284,7 +284,7 @@ pub enum News {
     },
     /// The controller's time stands still from now on, and nothing is read from its line.
     Paused {
-        /// The source of the pause; `None` if it was a breakpoint.
+        /// The source of the pause; `None` if it was a breakpoint that is listed here.
         by: Option<Source>,
         /// The breakpoints that were met just now: also those that are met step by step.
         breakpoints: Vec<BreakpointId>,

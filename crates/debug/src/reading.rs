@@ -220,7 +220,7 @@ impl Reading {
                 history.give(input.as_input());
                 history.run_to(at);
             }
-            Recorded::Put(by, state) => history.fork(format!("put by {by}"), *state),
+            Recorded::Put(by, state) => history.put_back(format!("put by {by}"), *state),
             Recorded::Mark(name) => self.marks.push((name, history.present())),
             Recorded::Passed => {}
         }

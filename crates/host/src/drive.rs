@@ -335,6 +335,15 @@ impl<D: Device + Clone> Drive<D> {
         Ok(self.rig.perform_one())
     }
 
+    /// Lets time pass while it is paused, as far as nothing is due.
+    pub(crate) fn wait_until(&mut self, at: Time) -> Result<Time, ControlError> {
+        if !self.rig.is_paused() {
+            return Err(ControlError::NotPaused);
+        }
+        self.rig.wait_until(at);
+        Ok(self.rig.device.now())
+    }
+
     /// Gives an input. While time is paused, what it leads to is left to steps.
     pub(crate) fn give(&mut self, input: OwnedInput, by: Source) {
         let at = self.catch_up_to_present();

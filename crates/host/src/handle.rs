@@ -331,6 +331,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.with(|runner| runner.step())
     }
 
+    /// While time is paused, lets it pass up to then, if nothing is due before, and says when it is then.
+    /// What is due then is left to [steps](Handle::step).
+    pub fn wait_until(&self, at: Time) -> Pending<Time> {
+        self.with(move |runner| runner.wait_until(at))
+    }
+
     /// Gives the device an input. While time is paused it comes after what is due at this instant, and
     /// what it leads to is left to [steps](Handle::step); what is done by the other methods, such as
     /// [`press`](Handle::press), happens at once with everything that is due at this instant.
@@ -355,6 +361,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// at the same instant. [`Breakpoint`](vimc4_device::Breakpoint) says when that is.
     pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.with(|runner| Ok(runner.break_when(condition)))
+    }
+
+    /// The same for somebody who has breakpoints of their own, such as a debugger: time is paused in the
+    /// name of `by`, and the breakpoint is not among those that are listed and numbered.
+    pub fn stop_when(&self, condition: Condition, by: Source) -> Pending<BreakpointId> {
+        self.with(|runner| Ok(runner.stop_when(condition, by)))
     }
 
     /// Removes a breakpoint. Returns whether it was still there.

@@ -321,7 +321,8 @@ impl<D: Device> Rig<D> {
         }
         if !met.is_empty() {
             self.pass_on();
-            self.begin_pause(None, met);
+            let (by, breakpoints) = met.pause();
+            self.begin_pause(by, breakpoints);
         }
     }
 
@@ -336,6 +337,14 @@ impl<D: Device> Rig<D> {
     /// Pauses time from now on whenever a condition becomes true.
     pub(crate) fn break_when(&mut self, condition: Condition) -> BreakpointId {
         let id = self.breakpoints.add(&self.device, condition);
+        self.watch_kinds();
+        self.settle();
+        id
+    }
+
+    /// The same in the name of somebody, without a breakpoint that is listed.
+    pub(crate) fn stop_when(&mut self, condition: Condition, by: Source) -> BreakpointId {
+        let id = self.breakpoints.add_stop(&self.device, condition, by);
         self.watch_kinds();
         self.settle();
         id
@@ -449,6 +458,18 @@ impl<D: Device> Rig<D> {
         };
         self.after_step();
         step
+    }
+
+    /// Lets time pass while it is paused, up to then, unless something is due before. Breakpoints are met
+    /// on the way.
+    pub(crate) fn wait_until(&mut self, at: Time) {
+        while self.device.now() < at && self.device.wake().is_none_or(|due| due >= at) {
+            let look = self.breakpoints.due().filter(|look| *look > self.device.now());
+            let to = look.map_or(at, |look| look.min(at));
+            self.device.accept(Input::Wake, to);
+            self.look();
+        }
+        self.after_step();
     }
 
     /// Gives an input while time is paused. It comes after what is due at this instant, and what it

@@ -245,6 +245,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.step()
     }
 
+    pub(crate) fn wait_until(&mut self, at: Time) -> Result<Time, ControlError> {
+        self.drive.wait_until(at)
+    }
+
     pub(crate) fn give(&mut self, by: Source, input: OwnedInput) {
         self.drive.give(input, by);
     }
@@ -271,6 +275,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     pub(crate) fn break_when(&mut self, condition: Condition) -> BreakpointId {
         self.drive.rig.break_when(condition)
+    }
+
+    pub(crate) fn stop_when(&mut self, condition: Condition, by: Source) -> BreakpointId {
+        self.drive.rig.stop_when(condition, by)
     }
 
     pub(crate) fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {

@@ -87,7 +87,7 @@ impl Device for Kept {
     /// The past stays: from here on there is another branch.
     fn restore(&mut self, state: State) {
         self.out.clear();
-        self.debugger.history_mut().fork("put back", state);
+        self.debugger.history_mut().put_back("put back", state);
     }
 
     fn now(&self) -> Time {

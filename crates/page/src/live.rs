@@ -276,7 +276,8 @@ impl Live {
         }
         let met = self.breakpoints.look(&self.line, events.iter());
         if !met.is_empty() {
-            self.begin_pause(None, met);
+            let (by, breakpoints) = met.pause();
+            self.begin_pause(by, breakpoints);
         }
     }
 

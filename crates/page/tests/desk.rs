@@ -149,3 +149,43 @@ fn the_quirks_are_listed_with_values_that_can_be_asked_for() {
     let (_, model) = asked(&mut desk, "GET", "/v1/controllers/1/model", &Value::Null);
     assert_eq!(model["quirks"]["version_handshake"], "first");
 }
+
+#[test]
+fn who_goes_back_leaves_the_way_there_and_stands_where_it_went() {
+    let mut desk = Desk::new();
+    let one = "/v1/controllers/1";
+    let mut ask = |method: &str, path: &str, body: Value| {
+        let (status, answer) = asked(&mut desk, method, &format!("{one}/{path}"), &body);
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    };
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "recording", Value::Null);
+    ask("POST", "line", json!({ "send": "@01\r" }));
+    ask("POST", "clock/advance", json!({ "span": "1s" }));
+    ask("POST", "snapshots", Value::Null);
+    ask("POST", "line", json!({ "send": "@0A900,900\r" }));
+    ask("POST", "clock/advance", json!({ "span": "2s" }));
+    ask("POST", "snapshots/1/restore", Value::Null);
+    ask("POST", "line", json!({ "send": "@0A-300,900\r" }));
+    ask("POST", "clock/advance", json!({ "span": "500ms" }));
+    // What was left is not on the way, not even at the very instant.
+    let there = ask("POST", "history/go", json!({ "at": 1_200_000_000_u64 }));
+    let branch = &there["branches"][1];
+    assert_eq!(
+        (&branch["parted"]["at"], &branch["first"]),
+        (&json!(1_000_000_000), &json!(1_000_000_000))
+    );
+    assert!(there["view"]["axes"][0]["position"].as_i64().is_some_and(|x| x < 0), "{there}");
+    let entries = ask("GET", "history/entries?branch=1", Value::Null).to_string();
+    assert!(entries.contains("@0A-300,900") && !entries.contains("@0A900,900"), "{entries}");
+    let left = ask("POST", "history/go", json!({ "branch": 0, "at": 2_900_000_000_u64 }));
+    assert_eq!(left["view"]["axes"][0]["position"], 900);
+    ask("POST", "history/go", json!({ "branch": 1, "at": 1_200_000_000_u64 }));
+    ask("POST", "history/take", Value::Null);
+    let clock = ask("GET", "clock", Value::Null);
+    assert_eq!(
+        (&clock["now"], &clock["paused"]["at"]),
+        (&json!(1_200_000_000), &json!(1_200_000_000))
+    );
+}

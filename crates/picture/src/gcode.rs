@@ -145,6 +145,7 @@ impl File {
             MarkKind::Error => "error",
             MarkKind::Limit => "limit switch",
             MarkKind::Tool => "tool",
+            MarkKind::Back => "put back",
         };
         let _ = writeln!(self.out, "({what} at {seconds:.3} s: {})", comment(text));
     }

@@ -29,8 +29,31 @@ pub struct Leg {
     pub(crate) course: Course,
     /// How many clock steps were made.
     pub made: u64,
+    /// What of its motion had been made before.
+    pub(crate) over: Over,
     /// What it was for.
     pub purpose: Purpose,
+}
+
+/// What of a motion was over before a leg begins: clock steps and nanoseconds. That is nothing, unless
+/// somebody went back into the middle of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Over {
+    pub(crate) steps: u64,
+    pub(crate) nanos: u64,
+}
+
+impl Over {
+    /// What is left of a motion: its whole profile, and the rest of its path.
+    pub(crate) fn rest(self, segment: &Segment) -> Box<Segment> {
+        let path = segment.path.after(self.steps);
+        Box::new(Segment { path, profile: segment.profile.clone() })
+    }
+
+    /// How many clock steps of the rest have been made when so much time has passed in it.
+    pub(crate) fn steps_at(self, rest: &Segment, nanos: u64) -> u64 {
+        rest.profile.steps_at(nanos.saturating_add(self.nanos)).saturating_sub(self.steps)
+    }
 }
 
 /// How a motion went.
@@ -88,7 +111,10 @@ impl Leg {
     pub(crate) fn time_of(&self, step: u64) -> Time {
         match &self.course {
             _ if step == 0 => self.began,
-            Course::Made(segment) => self.began.after_nanos(segment.profile.time_of(step)),
+            Course::Made(segment) => {
+                let nanos = segment.profile.time_of(step.saturating_add(self.over.steps));
+                self.began.after_nanos(nanos.saturating_sub(self.over.nanos))
+            }
             Course::Together(_) => {
                 let span = self.ends.nanos_since(self.began) as f64;
                 self.began.after_nanos((span * step as f64 / self.made.max(1) as f64) as u64)
@@ -100,7 +126,7 @@ impl Leg {
     pub(crate) fn steps_at(&self, at: Time) -> u64 {
         let nanos = at.nanos_since(self.began);
         match &self.course {
-            Course::Made(segment) => segment.profile.steps_at(nanos).min(self.made),
+            Course::Made(segment) => self.over.steps_at(segment, nanos).min(self.made),
             Course::Together(_) => {
                 let span = self.ends.nanos_since(self.began).max(1);
                 let steps = u128::from(self.made) * u128::from(nanos.min(span)) / u128::from(span);
@@ -113,7 +139,8 @@ impl Leg {
     pub(crate) fn frequency(&self, at: Time) -> f64 {
         match &self.course {
             Course::Made(segment) => {
-                segment.profile.speed_at(at.nanos_since(self.began)) as f64 / 1e6
+                let nanos = at.nanos_since(self.began).saturating_add(self.over.nanos);
+                segment.profile.speed_at(nanos) as f64 / 1e6
             }
             Course::Together(_) => {
                 self.made as f64 * 1e9 / self.ends.nanos_since(self.began).max(1) as f64
@@ -127,7 +154,8 @@ impl Leg {
             Course::Made(segment) => segment.profile.knees(),
             Course::Together(_) => Vec::new(),
         };
-        let before = steps.into_iter().filter(|step| *step < self.made);
+        let here = steps.into_iter().filter_map(|step| step.checked_sub(self.over.steps));
+        let before = here.filter(|step| *step < self.made);
         let mut knees: Vec<Time> = before.map(|step| self.time_of(step)).collect();
         knees.push(self.ends);
         knees

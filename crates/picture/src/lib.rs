@@ -48,5 +48,5 @@ pub use frame::{Axis, Frame};
 pub use gcode::gcode;
 pub use leg::{Leg, Purpose, Vertex, Way};
 pub use picture::Picture;
-pub use plot::{Mark, MarkKind, Plot};
+pub use plot::{Back, Mark, MarkKind, Plot};
 pub use view::{Colouring, View};

@@ -123,6 +123,20 @@ pub(crate) fn sign(kind: MarkKind) -> (&'static str, &'static str, Colour, &'sta
                 (-7.0, -2.0),
             ],
         ),
+        MarkKind::Back => (
+            "mark back",
+            "put back",
+            [217, 119, 6],
+            &[
+                (-8.0, 0.0),
+                (0.0, -7.0),
+                (0.0, -3.0),
+                (8.0, -3.0),
+                (8.0, 3.0),
+                (0.0, 3.0),
+                (0.0, 7.0),
+            ],
+        ),
     }
 }
 
@@ -582,6 +596,7 @@ fn legend(scene: &mut Scene, plot: &Plot, frame: &Frame, fastest: f64, colouring
         MarkKind::Error,
         MarkKind::Limit,
         MarkKind::Tool,
+        MarkKind::Back,
     ];
     for kind in kinds {
         let count = marks.iter().filter(|mark| mark.kind == kind).count();

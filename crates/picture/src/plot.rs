@@ -4,7 +4,7 @@ use vimc4_device::{Course, Event, Kinds, Motion, StopCause, Warning};
 use vimc4_motion::{AXES, Point, Segment, Time};
 
 use crate::frame::added;
-use crate::leg::{self, Leg, Purpose};
+use crate::leg::{self, Leg, Over, Purpose};
 
 /// What a mark says, the most telling last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -15,6 +15,8 @@ pub enum MarkKind {
     End,
     /// A tool is changed.
     Tool,
+    /// The controller was put into another state, and goes on from here.
+    Back,
     /// An error answer, or a loss.
     Error,
     /// A motion ended before its time.
@@ -72,6 +74,9 @@ pub struct Plot {
     marks: Vec<Mark>,
     left_out: usize,
     running: Option<Running>,
+    /// How much longer the controller has lived than its own time says, in nanoseconds, because it was put
+    /// back.
+    ahead: u64,
     purpose: Purpose,
     /// Where the counters were when the last motion ended.
     counters: Option<Point>,
@@ -92,6 +97,22 @@ struct Running {
     from: Point,
     origin: Point,
     segment: Box<Segment>,
+    over: Over,
+}
+
+/// Another state that a controller was put into.
+#[derive(Clone, Debug)]
+pub struct Back<'b> {
+    /// The time of the controller in it.
+    pub now: Time,
+    /// The counters.
+    pub counters: Point,
+    /// Carriage minus counter, by as much more than when the first motion began.
+    pub shift: Point,
+    /// The motion that is under way, and when that began.
+    pub running: Option<(Time, &'b Segment)>,
+    /// Who did it, or what else there is to say.
+    pub text: String,
 }
 
 impl Default for Plot {
@@ -114,6 +135,7 @@ impl Plot {
             marks: Vec::new(),
             left_out: 0,
             running: None,
+            ahead: 0,
             purpose: Purpose::default(),
             counters: None,
             shift: [0; AXES],
@@ -137,6 +159,7 @@ impl Plot {
 
     /// Something has happened.
     pub fn see(&mut self, at: Time, event: &Event) {
+        let at = self.drawn(at);
         match event {
             Event::Motion(Motion::Begins { origin, segment }) => {
                 self.end(at, None);
@@ -146,11 +169,12 @@ impl Plot {
                     self.mark(MarkKind::Start, at, from, String::new());
                 }
                 let (origin, segment) = (*origin, segment.clone());
-                self.running = Some(Running { began: at, from, origin, segment });
+                let over = Over::default();
+                self.running = Some(Running { began: at, from, origin, segment, over });
             }
             Event::Motion(Motion::Changes { segment }) => {
                 if let Some(running) = &mut self.running {
-                    running.segment = segment.clone();
+                    running.segment = running.over.rest(segment);
                 }
             }
             Event::Motion(Motion::Ends { steps }) => self.end(at, Some(*steps)),
@@ -173,15 +197,39 @@ impl Plot {
         }
     }
 
+    /// At this time the controller was put into another state. What was drawn stays, and what comes is
+    /// drawn behind it: times go on, though those of the controller may have gone back.
+    pub fn put_back(&mut self, at: Time, back: Back<'_>) {
+        let at = self.drawn(at);
+        self.end(at, None);
+        let Back { now, counters, shift, running, text } = back;
+        self.ahead = at.nanos_since(now);
+        let at = self.drawn(now);
+        (self.counters, self.shift) = (Some(counters), shift);
+        self.referencing = [false; AXES];
+        self.mark(MarkKind::Back, at, self.place(at), text);
+        let Some((began, segment)) = running else { return };
+        let nanos = now.nanos_since(began);
+        let over = Over { steps: segment.profile.steps_at(nanos), nanos };
+        let (from, segment) = (added(&counters, &shift), over.rest(segment));
+        self.running = Some(Running { began: at, from, origin: counters, segment, over });
+    }
+
+    /// When something is drawn that happens at a time of the controller.
+    fn drawn(&self, at: Time) -> Time {
+        at.after_nanos(self.ahead)
+    }
+
     /// A tool is changed where the axes are.
     pub fn tool(&mut self, at: Time, text: impl Into<String>) {
+        let at = self.drawn(at);
         let place = self.place(at);
         self.mark(MarkKind::Tool, at, place, text.into());
     }
 
     /// The run is over: what moves has moved up to now, and the counters are these.
     pub fn stop(&mut self, now: Time, counters: &Point) {
-        self.end(now, None);
+        self.end(self.drawn(now), None);
         if !self.legs.is_empty() {
             self.counters_are(counters, true);
         }
@@ -254,16 +302,20 @@ impl Plot {
     fn place(&self, at: Time) -> Point {
         match &self.running {
             Some(running) => {
-                let offset = running.segment.offset_at(at.nanos_since(running.began));
-                added(&running.from, &offset)
+                let nanos = at.nanos_since(running.began);
+                let made = running.over.steps_at(&running.segment, nanos);
+                added(&running.from, &running.segment.path.at(made))
             }
             None => added(&self.counters.unwrap_or_default(), &self.shift),
         }
     }
 
     fn end(&mut self, at: Time, steps: Option<u64>) {
-        let Some(Running { began, from, origin, segment }) = self.running.take() else { return };
-        let made = steps.unwrap_or_else(|| segment.profile.steps_at(at.nanos_since(began)));
+        let Some(Running { began, from, origin, segment, over }) = self.running.take() else {
+            return;
+        };
+        let seen = steps.map(|steps| steps.saturating_sub(over.steps));
+        let made = seen.unwrap_or_else(|| over.steps_at(&segment, at.nanos_since(began)));
         let made = made.min(segment.path.length());
         let moved = segment.path.at(made);
         self.counters = Some(added(&origin, &moved));
@@ -285,7 +337,7 @@ impl Plot {
             self.motions += 1;
             let course = leg::Course::Made(segment);
             let purpose = self.purpose;
-            self.legs.push(Leg { began, ends: at, from, course, made, purpose });
+            self.legs.push(Leg { began, ends: at, from, course, made, over, purpose });
             if self.legs.len() >= self.most_legs {
                 self.thin();
             }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use vimc4_device::{Event, Motion};
 use vimc4_motion::{AXES, Path, Point, Profile, Ramp, Segment, StraightLine, Time};
-use vimc4_picture::{Axis, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
+use vimc4_picture::{Axis, Back, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
 
 mod reader;
 
@@ -289,4 +289,29 @@ fn the_ramps_of_a_long_motion_are_seen() {
     assert!(curve.contains("M80 557l0-67") && curve.ends_with("0 36.5 .1 0 0-67\"/>"), "{curve}");
     let nothing = Picture::of(&Plot::new(), &frame(), &[View::Time], Colouring::Kind).svg();
     assert!(nothing.contains(">speed<") && nothing.contains(">position<"), "{nothing}");
+}
+
+#[test]
+fn who_goes_back_into_a_motion_makes_the_rest_of_it_again() {
+    let ms = Time::from_millis;
+    let path = Path::Line(StraightLine::new([800, 0, 0, 0, 0, 0]));
+    let line = Segment { path, profile: Profile::constant(800, 1_000) };
+    let mut plot = Plot::new();
+    let (origin, segment) = ([0; AXES], Box::new(line.clone()));
+    plot.see(ms(0), &Event::Motion(Motion::Begins { origin, segment }));
+    let (counters, shift, text) = (line.path.at(300), [0; AXES], "by a test".to_owned());
+    let running = Some((ms(0), &line));
+    plot.put_back(ms(600), Back { now: ms(300), counters, shift, running, text });
+    plot.see(ms(800), &Event::Motion(Motion::Ends { steps: 800 }));
+    plot.stop(ms(900), &line.path.at(800));
+    let [first, rest] = plot.legs() else { panic!("{:?}", plot.legs()) };
+    assert_eq!((first.began, first.ends, first.to()[0]), (ms(0), ms(600), 600));
+    // In the order in which it was lived: from 300 on, after it had been at 600.
+    assert_eq!((rest.began, rest.ends), (ms(600), ms(1_100)));
+    assert_eq!((rest.from[0], rest.to()[0], rest.made), (300, 800, 500));
+    let back: Vec<_> =
+        plot.marks().into_iter().filter(|mark| mark.kind == MarkKind::Back).collect();
+    assert_eq!((back[0].at, back[0].place[0], &*back[0].text), (ms(600), 300, "by a test"));
+    let svg = Picture::of(&plot, &frame(), &[View::Top, View::Time], Colouring::Speed).svg();
+    assert!(svg.contains("<title>put back at 0.600 s"), "{svg}");
 }

@@ -3,7 +3,7 @@
 use std::collections::{VecDeque, vec_deque};
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Device, Input, Kinds, Output, Time, TimedInput};
+use vimc4_device::{Device, Input, Kinds, Output, Time, TimedInput, show_nanos};
 
 use crate::search::{ACTS_BETWEEN, ByAct};
 use crate::snapshots::{Kept, Snapshots};
@@ -532,6 +532,15 @@ impl<D: Device> History<D> {
     /// Goes to a time of the branch on which the present continues, or of those it came from, after
     /// everything that happens then. A time beyond the end leads to the end.
     pub fn go_to_time(&mut self, at: Time) {
+        let end = self.go_to_before(at);
+        while self.present.moment < end && self.act_here(at.min(end.at)).is_some() {}
+        self.outputs.clear();
+        self.wait_until(at.min(end.at));
+    }
+
+    /// Goes to a kept moment before a time, or to the first of a branch that begins then, on the branch on
+    /// which the present continues, or on those it came from. Returns the end of the branch.
+    fn go_to_before(&mut self, at: Time) -> Moment {
         let mut branch = self.heading;
         let mut track = &self.tracks[branch.0 as usize];
         while let Some(parting) = track.parting
@@ -542,9 +551,7 @@ impl<D: Device> History<D> {
         }
         let (end, from) = (track.end, track.snapshots.earlier(at).moment);
         self.restore(Place { branch, moment: from });
-        while self.present.moment < end && self.act_here(at.min(end.at)).is_some() {}
-        self.outputs.clear();
-        self.wait_until(at.min(end.at));
+        end
     }
 
     /// Goes to the end of a branch, and says whether there is one of this number.
@@ -564,6 +571,9 @@ impl<D: Device> History<D> {
             self.heading = heading;
         }
         self.go_to_place(begin);
+        if !self.is_on_the_way() {
+            self.heading = heading;
+        }
         (self.acted, self.outputs) = (acted, outputs);
         done
     }
@@ -579,7 +589,57 @@ impl<D: Device> History<D> {
         }
     }
 
+    /// Goes on from a state that the device was put back into. Where it was in that state on the way to the
+    /// present, a branch begins there, called after its time; otherwise one of this name [here](History::fork).
+    /// None begins if the device is in that state now.
+    pub fn put_back(&mut self, name: impl Into<String>, state: D::State)
+    where
+        D::State: PartialEq,
+    {
+        let begin = self.present;
+        self.heading = begin.branch;
+        let own = self.device.state();
+        self.device.restore(state.clone());
+        let at = self.device.now();
+        self.device.restore(own);
+        if !self.is_at_end() || at > self.now() || !self.go_to_state(at, &state) {
+            self.go_to_place(begin);
+            self.fork(name, state);
+        } else if !self.is_at_end() {
+            self.fork(format!("from {}", show_nanos(at.as_nanos())), state);
+        }
+    }
+
+    /// Goes to where the device was in a state at a time, on the branch of the present or on those it came
+    /// from. If there is no such moment the present ends anywhere.
+    fn go_to_state(&mut self, at: Time, state: &D::State) -> bool
+    where
+        D::State: PartialEq,
+    {
+        let end = self.go_to_before(at);
+        let until = at.min(end.at);
+        loop {
+            // What is due at that very time may have been left to be done.
+            if self.next_act().is_none_or(|due| due >= until) {
+                self.wait_until(until);
+            }
+            if self.now() == at && self.device.state() == *state {
+                self.outputs.clear();
+                return true;
+            }
+            if self.present.moment >= end || self.act_here(until).is_none() {
+                return false;
+            }
+        }
+    }
+
     // --- inside ---
+
+    /// Whether the way of the present leads from where it is to where it continues.
+    fn is_on_the_way(&self) -> bool {
+        self.heading == self.present.branch
+            || self.parting().is_some_and(|(_, parting)| self.present.moment <= parting)
+    }
 
     /// Where the present continues on another branch, and on which.
     fn parting(&self) -> Option<(BranchId, Moment)> {

@@ -206,3 +206,60 @@ fn a_device_that_never_rests_is_bounded_by_a_time() {
     assert_eq!(history.step(), Some(Act::Input));
     assert_eq!(history.into_device().now(), ms(500));
 }
+
+#[test]
+fn a_state_that_there_was_is_gone_back_to() {
+    // Snapshots all the way, and none at all.
+    for spacing in [1, 1_000] {
+        let mut history = driven(Limits { spacing, ..Limits::default() });
+        let end = history.present();
+        // In the middle of a motion, and between two things that happen at one instant.
+        let halfway = trunk(moment(2, 0, 1, 90));
+        let amid = trunk(moment(1, 2, 0, 50));
+        for (place, branch) in [(halfway, 1), (amid, 2)] {
+            assert!(history.go_to(place), "{place:?}");
+            let state = history.device().state();
+            history.go_to_end(BranchId(0));
+            history.put_back("unknown", state.clone());
+            assert_eq!(history.device().state(), state);
+            let branch = history.branches().nth(branch).unwrap();
+            let name = format!("from {}ms", place.moment.at.as_nanos() / 1_000_000);
+            assert_eq!((branch.parted, branch.name), (Some(place), name));
+            // On the way to it there is nothing of what is left.
+            history.run_to(ms(120));
+            history.give(Input::Bytes(b"p\r"));
+            history.run_to(ms(130));
+            history.go_to_time(ms(80));
+            assert_eq!(
+                history.present().branch,
+                if place == amid { branch.id } else { BranchId(0) }
+            );
+            assert!(history.find_next(Time::from_secs(1), |_, _, _| true));
+            assert_eq!(history.present().branch, branch.id);
+        }
+        // What was left is still there; what it is in already is no other state, and what was never there
+        // begins where it is.
+        assert!(history.go_to(end));
+        let state = history.device().state();
+        history.put_back("the same", state);
+        assert_eq!((history.present(), history.branches().count()), (end, 3));
+        let mut other = history.device().clone();
+        other.handle(Input::Bytes(b"m3\r"), ms(200));
+        history.put_back("another", other.state());
+        let branch = history.branches().last().unwrap();
+        assert_eq!((branch.parted, &*branch.name), (Some(end), "another"));
+    }
+}
+
+#[test]
+fn who_stands_beside_the_way_of_a_branch_that_grows_stays_on_its_own() {
+    let mut history = driven(Limits::default());
+    history.go_to_time(ms(90));
+    let state = history.device().state();
+    history.go_to_time(ms(150));
+    history.at_end(BranchId(0), |history| history.put_back("", state));
+    assert_eq!((history.now(), history.heading()), (ms(150), BranchId(0)));
+    history.go_to_time(ms(60));
+    history.at_end(BranchId(1), |history| history.run_to(ms(100)));
+    assert_eq!((history.now(), history.heading()), (ms(60), BranchId(0)));
+}

@@ -10,7 +10,7 @@ use vimc4_device::{
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, Journey,
-    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Step, unix_lines,
+    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Source, Step, unix_lines,
 };
 
 use vimc4_coverage::Coverage;
@@ -520,6 +520,12 @@ impl Control {
         self.handle.step()
     }
 
+    /// While time is paused, lets it pass up to then, if nothing is due before, and says when it is then.
+    /// What is due then is left to [steps](Control::step).
+    pub fn wait_until(&self, at: Time) -> Pending<Time> {
+        self.handle.wait_until(at)
+    }
+
     /// Gives an input, now. While time is paused it comes after what is due at this instant, and what it
     /// leads to is left to [steps](Control::step). What the other methods do, such as
     /// [`press`](Control::press), happens at once with everything that is due at this instant.
@@ -537,6 +543,12 @@ impl Control {
     /// at the same instant.
     pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.handle.break_when(condition)
+    }
+
+    /// The same for somebody who has breakpoints of their own, such as a debugger: time is paused in the
+    /// name of `by`, and the breakpoint is not among those that are listed and numbered.
+    pub fn stop_when(&self, condition: Condition, by: Source) -> Pending<BreakpointId> {
+        self.handle.stop_when(condition, by)
     }
 
     /// Removes a breakpoint. Returns whether it was there.

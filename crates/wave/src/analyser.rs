@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use bytes::Bytes;
 use vimc4_device::{
-    Activity, Device, Event, Fact, Input, Kinds, Motion, Point, Time, View, escape,
+    Activity, Device, Event, Fact, Input, Kinds, Motion, Point, Time, View, escape, show_nanos,
 };
 use vimc4_motion::{Path, Segment};
 
@@ -34,8 +34,12 @@ pub struct Analyser {
     scene: Scene,
     pens: Pens,
     pacing: Pacing,
-    /// How far time has come.
+    /// How far time has come, as everywhere here in the time of the drawing: see [`drawn`](Analyser::drawn).
     now: Time,
+    /// How much longer the device has lived than its own time says, in nanoseconds, because it was put
+    /// back; and since when in the drawing.
+    ahead: u64,
+    since: Time,
     /// What is to be drawn once everything before it is.
     waiting: VecDeque<(Time, Seen)>,
     pulses: Pulses,
@@ -48,8 +52,6 @@ pub struct Analyser {
     baud: u32,
     /// More than activity and place may have changed.
     is_stale: bool,
-    /// Time went back: nothing is drawn until it has caught up.
-    is_lost: bool,
     activity: Option<(Activity, Time)>,
     command: Option<(String, Time)>,
     line: Option<(String, Time)>,
@@ -120,6 +122,8 @@ impl Analyser {
             pens,
             pacing,
             now,
+            ahead: 0,
+            since: now,
             waiting: VecDeque::new(),
             pulses: Pulses::default(),
             receives,
@@ -127,14 +131,13 @@ impl Analyser {
             crossings: VecDeque::new(),
             baud: device.baud(),
             is_stale: true,
-            is_lost: false,
             activity: None,
             command: None,
             line: None,
             steps: 0,
         };
         analyser.draw_beginning();
-        analyser.find_again(device);
+        analyser.find_again(device, None);
         analyser.look(device, drives);
         analyser.draw(now);
         analyser
@@ -156,7 +159,8 @@ impl Analyser {
 
     /// Something went into the device.
     pub fn given(&mut self, at: Time, input: Input<'_>) {
-        if self.is_behind(at) {
+        let at = self.drawn(at);
+        if at < self.now {
             return;
         }
         match input {
@@ -168,14 +172,41 @@ impl Analyser {
         }
     }
 
-    /// The device was put into another state. It goes on from there; what was drawn stays.
-    pub fn restored(&mut self) {
-        self.is_lost = true;
+    /// The device has been put into another state by somebody, and is in that now. What was drawn stays,
+    /// and time in the drawing goes on from there, though that of the device may have gone back: what a
+    /// device lives is drawn in the order in which it lives it. A note says so.
+    pub fn restored<D: Device>(
+        &mut self,
+        device: &D,
+        by: &str,
+        drives: impl Fn(&View<D::Details>) -> Drives,
+    ) {
+        let at = self.now;
+        self.draw(at);
+        // A step that is due right then has been made.
+        self.run_pulses(at.after_nanos(1));
+        self.pulses.forget();
+        self.end_state(at);
+        self.end_command(at);
+        self.end_line(at);
+        self.crossings.clear();
+        self.put(at, self.scene.places.command, Owned::Text("".into()));
+        self.put(at, self.scene.places.answer, Owned::Text("".into()));
+        let own = device.now();
+        self.ahead = at.nanos_since(own);
+        (self.now, self.since) = (self.drawn(own), self.drawn(own));
+        let by = if by.is_empty() { String::new() } else { format!(" by {by}") };
+        let time = show_nanos(own.as_nanos());
+        self.note(at, self.scene.places.note, format!("put back{by} to {time}"));
+        let before = *self.pulses.counters();
+        self.find_again(device, Some(before));
+        self.look(device, drives);
     }
 
     /// Bytes have left on the line.
     pub fn sent(&mut self, at: Time, bytes: &Bytes) {
-        if self.is_behind(at) {
+        let at = self.drawn(at);
+        if at < self.now {
             return;
         }
         let begins = match self.pacing {
@@ -183,7 +214,7 @@ impl Analyser {
             // The bytes leave one by one, when their stop bits have passed.
             Pacing::Paced => {
                 let nanos = span(10 * bytes.len() as u64, self.baud);
-                Time::from_nanos(at.as_nanos().saturating_sub(nanos))
+                Time::from_nanos(at.as_nanos().saturating_sub(nanos)).max(self.since)
             }
         };
         self.transmits.push(begins, self.baud, bytes);
@@ -192,7 +223,8 @@ impl Analyser {
 
     /// Something happened in the device.
     pub fn see(&mut self, at: Time, event: &Event) {
-        if self.is_behind(at) || !Analyser::KINDS.contain(event.kind()) {
+        let at = self.drawn(at);
+        if at < self.now || !Analyser::KINDS.contain(event.kind()) {
             return;
         }
         if !matches!(event, Event::Motion(_) | Event::Line { .. }) {
@@ -204,13 +236,9 @@ impl Analyser {
 
     /// The device as it is now, after a cause or an input with everything that came of it.
     pub fn look<D: Device>(&mut self, device: &D, drives: impl Fn(&View<D::Details>) -> Drives) {
-        let now = device.now();
+        let now = self.drawn(device.now());
         if now < self.now {
-            self.is_lost = true;
             return;
-        }
-        if std::mem::take(&mut self.is_lost) {
-            self.find_again(device);
         }
         let running = device.running().is_some();
         let activity = device.activity();
@@ -224,7 +252,7 @@ impl Analyser {
             self.whole(device, &drives, &mut values);
         }
         let crossings = self.switches(device, running, &mut values);
-        let position = (!running).then(|| device.position(now));
+        let position = (!running).then(|| device.position(device.now()));
         self.waiting
             .push_back((now, Seen::Picture(Picture { activity, position, values, crossings })));
         self.come_to(now);
@@ -232,7 +260,7 @@ impl Analyser {
 
     /// Draws the rest, up to this time, and ends.
     pub fn finish(mut self, at: Time) {
-        let at = at.max(self.now);
+        let at = self.drawn(at).max(self.now);
         self.draw(at);
         // A step that is due right then has been made.
         self.run_pulses(at.after_nanos(1));
@@ -305,7 +333,7 @@ impl Analyser {
                     && let Some(at) = first(!active, from).filter(|at| *at > from && *at < until)
                 {
                     (active, from) = (!active, at);
-                    crossings.push((at, id, active));
+                    crossings.push((self.drawn(at), id, active));
                 }
             }
         }
@@ -313,26 +341,27 @@ impl Analyser {
         crossings.into()
     }
 
-    /// Goes on from where the device is, whatever was before.
-    fn find_again<D: Device>(&mut self, device: &D) {
+    /// Goes on from where the device is, whatever was before. The counters are drawn that are not as
+    /// before.
+    fn find_again<D: Device>(&mut self, device: &D, before: Option<Point>) {
         let now = device.now();
-        self.now = now;
-        self.waiting.clear();
-        self.pulses.forget();
         self.is_stale = true;
         if let Some(running) = device.running() {
             let made = running.steps_at(now);
             let (here, offset) = (device.position(now), running.segment.path.at(made));
             let origin = std::array::from_fn(|axis| here[axis] - offset[axis]);
             let segment = Box::new(running.segment.clone());
-            self.pulses.begin(running.began, origin, segment, made);
+            self.pulses.begin(self.drawn(running.began), origin, segment, made);
         } else {
             self.pulses.put(device.position(now));
         }
         let places = self.scene.places.axes.clone();
         for place in &places {
-            let counter = self.pulses.counters().get(place.axis).copied().unwrap_or_default();
-            self.pens.set(now, place.position, Value::Number(counter));
+            let counter = |counters: &Point| counters.get(place.axis).copied().unwrap_or_default();
+            let now = counter(self.pulses.counters());
+            if before.as_ref().is_none_or(|before| counter(before) != now) {
+                self.pens.set(self.now, place.position, Value::Number(now));
+            }
         }
     }
 
@@ -363,9 +392,10 @@ impl Analyser {
         }
     }
 
-    fn is_behind(&mut self, at: Time) -> bool {
-        self.is_lost |= at < self.now;
-        self.is_lost
+    /// When something is drawn that happens at a time of the device. That is the same time until the
+    /// device is put back: then time in the drawing goes on.
+    fn drawn(&self, at: Time) -> Time {
+        at.after_nanos(self.ahead)
     }
 
     fn come_to(&mut self, at: Time) {

@@ -373,3 +373,61 @@ fn what_a_viewer_shows_first_is_in_the_waveform() {
         assert!(wave.changes.contains_key(added.trim_start_matches("smcu.")), "{added}");
     }
 }
+
+#[test]
+fn what_is_lived_after_going_back_is_drawn_after_what_was_lived_before() {
+    let lived = || {
+        let mut bench = Bench::new("imc4", "mill", false);
+        perform(&mut bench, &[say("@01"), Deed::Wait(100_000)]);
+        let at_rest = bench.harness.device().state();
+        perform(&mut bench, &[say("@0A900,900"), Deed::Wait(500_000)]);
+        let under_way = bench.harness.device().state();
+        perform(&mut bench, &[Deed::Wait(1_500_000)]);
+        bench.put(at_rest, "a test");
+        perform(&mut bench, &[say("@0A-300,900"), Deed::Wait(1_000_000)]);
+        bench.put(under_way, "");
+        perform(&mut bench, &[Deed::Wait(2_000_000)]);
+        bench
+    };
+    let table = lived().text(Format::Csv);
+    let rows: Vec<(&str, &str, &str)> = table
+        .lines()
+        .skip(1)
+        .map(|row| row.split_once(',').unwrap())
+        .map(|(at, rest)| (at, rest.split_once(',').unwrap()))
+        .map(|(at, (signal, value))| (at, signal, value))
+        .collect();
+    assert!(rows.is_sorted_by_key(|(at, ..)| at.parse::<f64>().unwrap()));
+    let of = |signal: &str| {
+        let own = rows.iter().filter(|(_, own, _)| *own == signal);
+        own.map(|(at, _, value)| (*at, *value)).collect::<Vec<_>>()
+    };
+    let notes =
+        [("2.100000000", "put back by a test to 100ms"), ("3.100000000", "put back to 600ms")];
+    assert_eq!(of("note"), notes);
+    let commands: Vec<_> =
+        of("command").into_iter().map(|(at, text)| (at, text.trim_matches('"'))).collect();
+    assert_eq!(
+        commands,
+        [("0.000000000", "@01"), ("0.100000000", "@0A900,900"), ("2.100000000", "@0A-300,900")]
+    );
+    let positions: Vec<(&str, i64)> =
+        of("x.position").into_iter().map(|(at, value)| (at, value.parse().unwrap())).collect();
+    // It comes to 900, is at 0 again, comes to -300, and is put into the middle of the first move.
+    let jumps: Vec<_> = positions
+        .windows(2)
+        .filter(|pair| (pair[1].1 - pair[0].1).abs() > 1)
+        .map(|pair| (pair[0].1, pair[1].0, pair[1].1))
+        .collect();
+    assert_eq!(jumps.len(), 2, "{jumps:?}");
+    assert_eq!(jumps[0], (900, "2.100000000", 0));
+    let (before, at, halfway) = jumps[1];
+    assert_eq!((before, at), (-300, "3.100000000"));
+    assert!((300..600).contains(&halfway), "{halfway}");
+    assert_eq!(positions.last().unwrap().1, 900);
+    for wave in lived().finish() {
+        let steps = wave.edges("x.step");
+        assert!(steps.is_sorted_by(|one, next| one < next));
+        assert_eq!(steps.len() as i64, 900 + 300 + (900 - halfway));
+    }
+}

@@ -8,13 +8,13 @@ use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
-use vimc4_catalogue::{Controller, State};
+use vimc4_catalogue::Controller;
 use vimc4_debug::uninterrupted;
-use vimc4_device::{Device, Kinds, LineState};
+use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
-use crate::live::Live;
+use crate::live::{Live, state};
 
 /// Opens it on a controller.
 pub(super) fn open(control: &Control, memory: &Memory) -> Result<Reined, String> {
@@ -45,9 +45,6 @@ impl Reins for Outside {
 
 /// The history of a controller from its past.
 fn remembered(mut controller: Controller, past: &Past) -> Option<History<Controller>> {
-    let state = |written: &Value| -> Option<State> {
-        serde_json::from_value::<LineState<State>>(written.clone()).ok().map(|line| line.device)
-    };
     controller.restore(state(&past.state)?);
     let mut history = History::new(controller);
     // So that each part of it knows what can be found there.
@@ -59,10 +56,9 @@ fn remembered(mut controller: Controller, past: &Past) -> Option<History<Control
                 history.give(input.as_input());
             }
             What::State { by, state: written } => {
-                let now = history.now();
-                history.run_to(now);
+                history.run_to(*at);
                 let by = by.as_ref().map_or_else(String::new, |by| format!(" by {by}"));
-                history.fork(format!("put back{by}"), state(written)?);
+                history.put_back(format!("put back{by}"), state(written)?);
             }
             _ => {}
         }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use vimc4_answers::past::{has_come_to, report};
 use vimc4_api::Film;
 use vimc4_debug::{Read, uninterrupted};
-use vimc4_timeline::{BranchId, Place};
+use vimc4_device::Time;
+use vimc4_timeline::{Branch, BranchId, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
@@ -37,31 +38,46 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
     let heading = history.heading();
     let Some(end) = branches.get(&heading) else { return Ok(()) };
     let end = Place { branch: heading, moment: end.end };
+    let ends = left_at(&branches, heading);
     let mut branch = BranchId(0);
     if let Some(first) = branches.get(&branch) {
         history.go_to_end(heading);
         history.go_back_to(Place { branch, moment: first.first });
     }
     let mut film = Film::new(&text::name(recording), &model, &machine, history.device());
-    while !has_come_to(history.present(), end)
-        && history.find_next(end.moment.at.max(history.now()), |controller, _, outputs| {
-            for output in outputs {
-                if let Some(report) = report(output) {
-                    film.tell(&report, controller);
-                }
-            }
-            film.see(controller);
-            true
-        })
-    {
+    film.went_back(branches.len() - 1);
+    while !has_come_to(history.present(), end) && history.find_next(Time::NEVER, |_, _, _| true) {
         if history.present().branch != branch {
             branch = history.present().branch;
             let first = branches.get(&branch).map_or(history.now(), |branch| branch.first.at);
             film.part(branch.0, first);
         }
+        if ends.get(&branch).is_some_and(|end| history.now() > *end) {
+            continue;
+        }
+        for report in history.outputs().iter().filter_map(report) {
+            film.tell(&report, history.device());
+        }
+        film.see(history.device());
     }
+    // Time may have passed since the last thing that happened.
+    history.go_to(end);
+    film.see(history.device());
     let page = film.page().map_err(Failure::midway)?;
     fs::write(out, page).map_err(|error| unwritable(out, &error))
+}
+
+/// Up to when the branches count on the way to one, where somebody has left them for an earlier time.
+fn left_at(branches: &BTreeMap<BranchId, Branch>, to: BranchId) -> BTreeMap<BranchId, Time> {
+    let mut ends = BTreeMap::new();
+    let mut next = branches.get(&to);
+    while let Some(branch) = next
+        && let Some(parted) = branch.parted
+    {
+        ends.insert(parted.branch, branch.first.at);
+        next = branches.get(&parted.branch);
+    }
+    ends
 }
 
 /// Whether a file is a page, or nothing yet.

@@ -1,12 +1,16 @@
 //! `vimc4 replay`: a recording is played again, and compared.
 
+use std::collections::VecDeque;
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::json;
-use vimc4_device::Device;
-use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, WALL, check, part};
+use vimc4_device::{Device, Output};
+use vimc4_timeline::recording::{
+    Aside, Divergence, Entry, Recording, StateError, Tolerance, WALL, What, check, part,
+};
 
 use super::card::{card, seconds};
 use super::controller::{Other, Site};
@@ -101,9 +105,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         true if other.is_recorded() => causes(&recording, &site, tolerance),
         _ => Vec::new(),
     };
+    if (arguments.drawn.files().chain(arguments.pictured.files())).next().is_some() {
+        say_of_going_back(&recording);
+    }
     report(arguments, &recording, &other, &played, &causes)?;
     draw(arguments, &recording, &other)?;
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Says that what is drawn is not in the controller's own time, where somebody went back.
+fn say_of_going_back(recording: &Recording) {
+    let is_put = |entry: &&Entry| matches!(entry.what, What::State { by: Some(_), .. });
+    let times = match recording.entries.iter().filter(is_put).count() {
+        0 => return,
+        1 => "once".to_owned(),
+        times => format!("{times} times"),
+    };
+    let text = format!(
+        "somebody went back {times}: what is drawn goes on behind that, with times that go on, too; notes and \
+         signs show where"
+    );
+    // Whoever closed standard error does not want to know.
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Plays it once more for a picture, if one is wanted.
@@ -112,6 +135,28 @@ fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(),
     let Some(mut drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
     let mut player = site.player()?.watching(Drawing::KINDS);
     for entry in &recording.entries {
+        if let What::State { by: Some(by), state } = &entry.what
+            && player.has_begun()
+        {
+            let see = &mut |device: &_, outputs: &VecDeque<Output>| {
+                for output in outputs {
+                    if let Output::Event(stamp, event) = output {
+                        drawing.see(device, stamp.at, event);
+                    }
+                }
+            };
+            if !player.is_led() {
+                player.run_to_seen(entry.at, see);
+            }
+            let at = player.device().now();
+            let wrong = |why| {
+                let error = StateError { line: entry.line, why };
+                file::unplayable(&arguments.file, recording, error)
+            };
+            player.restore(site.read(state).map_err(wrong)?);
+            drawing.put_back(player.device(), at, format!("by {by}"));
+            continue;
+        }
         player
             .play_seeing(entry, &|written| site.read(written), &mut |device, at, event| {
                 drawing.see(device, at, event);

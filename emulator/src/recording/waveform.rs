@@ -6,7 +6,9 @@ use std::thread::{self, JoinHandle};
 use vimc4::{Clock, News, Report, Sink, Wants};
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Device as _, Names, OwnedInput, Time};
-use vimc4_timeline::recording::{Entry, Given, Head, LineSort, Player, Recording, What};
+use vimc4_timeline::recording::{
+    Entry, Given, Head, LineSort, Player, Recording, StateError, What,
+};
 use vimc4_wave::Pacing;
 
 use super::controller::{PlayedDevice, Site};
@@ -53,8 +55,14 @@ impl Drawing {
             player.run_to_seen(entry.at, &mut |device, outputs| waves.see(device, outputs));
             waves.given(entry.at, input.as_input());
         }
-        if let (What::State { by: Some(_), .. }, Some(waves)) = (&entry.what, waves.as_mut()) {
-            waves.restored();
+        if let (What::State { by: Some(by), state }, Some(waves)) = (&entry.what, waves.as_mut()) {
+            if !player.is_led() {
+                player.run_to_seen(entry.at, &mut |device, outputs| waves.see(device, outputs));
+            }
+            let wrong = |why| Failure::usage(StateError { line: entry.line, why });
+            player.restore(site.read(state).map_err(wrong)?);
+            waves.restored(player.device(), by);
+            return Ok(());
         }
         let played = player.play_seen(entry, &|state| site.read(state), &mut |device, outputs| {
             if let Some(waves) = waves {

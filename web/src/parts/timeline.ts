@@ -158,7 +158,8 @@ export function timeline(app: App): Part {
       mark(range, "aria-valuetext", `${seconds(looked)}${on ? `, ${on.name}` : ""}`);
       const isNow = past.isNow;
       const left = app.film && live.missing > 0 ? ` · ${figure(live.missing)} ${say("leftOut")}` : "";
-      if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}`);
+      const gone = app.film?.back ? ` · ${figure(app.film.back)} ${say("wentBack")}` : "";
+      if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}${gone}`);
       else put(status, !history || history.possible
         ? isOpen ? `${seconds(looked)} · ${say(isNow ? "pausedNow" : "isPast")}` : say("dragBack")
         : say("noPast"));

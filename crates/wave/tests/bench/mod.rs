@@ -151,6 +151,18 @@ impl Bench {
         self.look();
     }
 
+    /// Somebody puts the controller into another state.
+    pub(crate) fn put(
+        &mut self,
+        state: <Line<Controller> as vimc4_device::Device>::State,
+        by: &str,
+    ) {
+        self.harness.restore(state);
+        self.running = None;
+        let analyser = self.analyser.as_mut().unwrap();
+        analyser.restored(self.harness.device(), by, drives(&self.model));
+    }
+
     fn look(&mut self) {
         let analyser = self.analyser.as_mut().unwrap();
         while let Some(output) = self.harness.take_output() {
@@ -173,8 +185,10 @@ impl Bench {
                             }
                         }
                         Event::Motion(Motion::Ends { steps }) => {
-                            let (_, segment) = self.running.take().unwrap();
-                            add(&mut self.travelled, &mut self.net, &segment.path, steps);
+                            // After going back it may have begun before.
+                            if let Some((_, segment)) = self.running.take() {
+                                add(&mut self.travelled, &mut self.net, &segment.path, steps);
+                            }
                         }
                         _ => {}
                     }
