@@ -22,7 +22,11 @@ const page = self as unknown as {
   onmessage: ((event: MessageEvent<Message>) => void) | null;
   postMessage(message: unknown): void;
 };
-const module = async (name: string) => (await fetch(name)).arrayBuffer();
+async function module(name: string): Promise<ArrayBuffer> {
+  const answer = await fetch(name);
+  if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
+  return answer.arrayBuffer();
+}
 const relay = module("first.wasm").then((bytes) => Desk.load(bytes)).then((desk) => new Relay(desk));
 const session = relay.then((relay) => new Session(relay, () => performance.now()));
 
@@ -31,16 +35,18 @@ let handed: Promise<void> | null = null;
 /** Another desk, for what is only tried out. */
 let spare: Promise<Desk> | null = null;
 
-/** What is not there is asked for again when it is needed again. */
-function theWhole(): Promise<ArrayBuffer> {
-  return (whole ??= module("page.wasm").catch((error) => {
+/** A desk of the whole module. What is not there, or is not whole, is asked for again when it is needed again. */
+async function desk(): Promise<Desk> {
+  try {
+    return await Desk.load(await (whole ??= module("page.wasm")));
+  } catch (error) {
     whole = null;
     throw error;
-  }));
+  }
 }
 
 function handOver(): Promise<void> {
-  return (handed ??= theWhole().then((bytes) => Desk.load(bytes)).then(async (desk) => (await relay).handOver(desk)).catch((error) => {
+  return (handed ??= desk().then(async (desk) => (await relay).handOver(desk)).catch((error) => {
     handed = null;
     throw error;
   }));
@@ -64,7 +70,7 @@ page.onmessage = async ({ data }) => {
     const open = await session;
     if (path === "/causes") {
       const { model, machine, passed } = body as { model: string; machine: string; passed: Parameters<typeof causes>[2] };
-      spare ??= theWhole().then((bytes) => Desk.load(bytes));
+      spare ??= desk();
       return page.postMessage({ id, answer: { status: 200, body: causes(await spare, { model, machine }, passed) } });
     }
     const ask = () => {
