@@ -3,6 +3,9 @@ import { tell, WANTED, type Answer, type Listener, type Source } from "../src/ap
 
 export class Here implements Source {
   token: string | null = null;
+  /** Something that was asked waits for the rest of the page. */
+  isWaiting = false;
+  onWait: () => void = () => {};
   private readonly worker = new Worker("worker.js", { type: "module" });
   private readonly waiting = new Map<number, { resolve: (answer: Answer) => void; reject: (error: Error) => void }>();
   private last = 0;
@@ -12,6 +15,13 @@ export class Here implements Source {
     this.worker.onmessage = ({ data }) => {
       if (data.messages) {
         for (const message of data.messages) if (this.listener) tell(message, this.listener);
+        return;
+      }
+      if ("isWaiting" in data) {
+        if (this.isWaiting !== data.isWaiting) {
+          this.isWaiting = data.isWaiting;
+          this.onWait();
+        }
         return;
       }
       const asked = this.waiting.get(data.id);

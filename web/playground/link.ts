@@ -1,6 +1,6 @@
 // A session as the end of an address: compressed, and in letters that every program leaves as they are.
 // It never reaches a server, since browsers send no fragment.
-import type { Told } from "./session";
+import { KINDS, type Deed, type Told } from "./session";
 
 /** The version of what is behind it. */
 const MARK = "#1.";
@@ -29,14 +29,20 @@ export async function written({ model, machine, deeds, at }: Told): Promise<stri
   return MARK + letters.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
+/** Whether it is something that a session does. */
+function isDeed(one: unknown): one is Deed {
+  if (!Array.isArray(one) || !Number.isFinite(one[0]) || one[0] < 0 || typeof one[2] !== "string") return false;
+  return one[1] === "set" ? one.length === 4 : one.length === 3 && KINDS.includes(one[1]);
+}
+
 /** The session of a fragment; `null` if it has none. */
 export async function read(fragment: string): Promise<Told | null> {
-  if (!fragment.startsWith(MARK)) return null;
+  if (!/^#\d+\./.test(fragment)) return null;
+  if (!fragment.startsWith(MARK)) throw new Error("of another version");
   const letters = fragment.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/");
   const bytes = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));
   const text = new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw")));
   const [model, machine, at, deeds] = JSON.parse(text) as unknown[];
-  const isDeed = (one: unknown) => Array.isArray(one) && Number.isFinite(one[0]) && one[0] >= 0 && typeof one[1] === "string" && typeof one[2] === "string";
   if (typeof model !== "string" || typeof machine !== "string" || typeof at !== "number" || !Array.isArray(deeds) || !deeds.every(isDeed)) {
     throw new Error("not a session");
   }

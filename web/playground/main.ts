@@ -7,7 +7,6 @@ import { Bench, benchPart, takeDrops } from "./bench";
 import { Here } from "./here";
 import { read } from "./link";
 import { Beside, serialPart } from "./serial";
-import type { Told } from "./session";
 import { Taken, tourPart } from "./tour";
 import { TOURS } from "./tours";
 import { tell } from "./words";
@@ -17,6 +16,7 @@ const app = new App(here);
 const bench = new Bench(app, here);
 const taken = new Taken();
 const beside = new Beside();
+here.onWait = () => app.changed();
 
 app.means = async (line) =>
   (await app.api.get<{ text: string }>(`/controllers/${app.machine?.number ?? 1}/meaning?line=${encodeURIComponent(line)}`)).text;
@@ -38,19 +38,29 @@ async function takeTour(name: string): Promise<void> {
   app.changed();
 }
 
-/** What the address says is to be shown; otherwise a controller that has just been switched on. */
-async function first(): Promise<Told> {
+/** Begins with what the address says; otherwise with a controller that has just been switched on. */
+async function begin(): Promise<void> {
   const { told } = bench;
+  const fresh = { ...told, deeds: [], at: 0 };
+  const linked = await read(location.hash).catch(() => undefined);
+  const isBegun = linked && await bench.begin(linked).then(() => true, () => false);
+  if (isBegun) return;
+  await bench.begin(fresh);
+  if (linked !== null) app.onNotice(tell("badLink"), true, true);
+}
+
+/** Another link was put into the address. */
+async function follow(): Promise<void> {
   try {
-    return (await read(location.hash)) ?? { ...told, deeds: [], at: 0 };
+    const linked = await read(location.hash);
+    if (linked) await bench.begin(linked);
   } catch {
-    app.onNotice(tell("badLink"), true, true);
-    return { ...told, deeds: [], at: 0 };
+    app.onNotice(tell("badLinkHere"), true, true);
   }
 }
 
 show(app, {
-  where: () => tell("here"),
+  where: () => tell(here.isWaiting ? "coming" : "here"),
   foot: () => [new Text(`${tell("private")} · `), h("a", { href: "licences.txt" }, tell("licences"))],
   above: () => {
     const real = serialPart(app, beside);
@@ -64,11 +74,11 @@ show(app, {
 });
 try {
   await bench.load();
-  await bench.begin(await first());
+  await begin();
   app.start();
 } catch (error) {
   app.onNotice(`${tell("broken")}: ${error instanceof Error ? error.message : String(error)}`, true);
 }
 takeDrops(bench);
-addEventListener("hashchange", () => void read(location.hash).then((told) => told && bench.begin(told)).catch(() => app.onNotice(tell("badLink"), true, true)));
+addEventListener("hashchange", () => void follow());
 if ("serviceWorker" in navigator) void navigator.serviceWorker.register("service.js").catch(() => {});

@@ -38,6 +38,8 @@ class Line {
   readonly began = Date.now();
   /** When the last byte came, by the clock of the page. */
   heard = 0;
+  /** So often the line was disturbed. */
+  errors = 0;
   /** More was said than is kept. */
   isFull = false;
   private size = 0;
@@ -80,19 +82,26 @@ class Line {
   }
 
   private async read(): Promise<void> {
-    try {
-      while (this.port.readable && !this.isClosing) {
-        this.reader = this.port.readable.getReader();
+    let last: ReadableStream<Uint8Array> | null = null;
+    // After an error of the line, such as a wrong stop bit, there is another stream; after the last one none.
+    while (this.port.readable && this.port.readable !== last && !this.isClosing) {
+      last = this.port.readable;
+      this.reader = last.getReader();
+      try {
         for (;;) {
           const { value, done } = await this.reader.read();
           if (done) break;
           this.take(value);
         }
+      } catch {
+        this.errors += 1;
+        this.onChange(false);
+      } finally {
         this.reader.releaseLock();
       }
-    } catch {
-      // An adapter was unplugged.
     }
+    // So that it can be opened again.
+    if (!this.isClosing) await this.port.close().catch(() => {});
     this.onChange(true);
   }
 
@@ -260,7 +269,8 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
         }
       }
       const said = last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "";
-      put(state, it.kept?.isFull ? tell("full") : said);
+      const errors = it.kept?.errors ? `${figure(it.kept.errors)} ${tell("lineErrors")}` : said;
+      put(state, it.kept?.isFull ? tell("full") : errors);
       rows.from(exchanges, () => exchanges.map((exchange) => {
         const found = verdict(exchange, exchange === last);
         const cell = ({ bytes, after }: Exchange["real"]) =>

@@ -11,6 +11,9 @@ export interface Controllers {
 export type Deed = [after: number, kind: "send" | "order" | "fault" | "end-fault" | "rules" | "end-rules", text: string]
   | [after: number, kind: "set", name: string, value: unknown];
 
+/** What can be done with a text; `set` has a name and a value. */
+export const KINDS = ["send", "order", "fault", "end-fault", "rules", "end-rules"];
+
 export interface Told {
   model: string;
   machine: string;

@@ -19,6 +19,12 @@ const TABLE = {
     "Der Link zu diesem Moment ist die Adresse dieser Seite. Er ist lang: Manche Programme kürzen solche Links. Statt dessen lässt sich eine Aufzeichnung sichern.",
   ],
   badLink: ["This link is not whole, so a new session has begun.", "Dieser Link ist nicht vollständig, darum hat eine neue Sitzung begonnen."],
+  badLinkHere: ["This link is not whole, or of another edition of this page. Nothing has changed.", "Dieser Link ist nicht vollständig oder von einer anderen Ausgabe dieser Seite. Nichts hat sich geändert."],
+  coming: ["waits for the rest of this page …", "wartet auf den Rest dieser Seite …"],
+  lineErrors: [
+    "errors of the line were met: another baud rate, or a bad connection?",
+    "Fehler der Leitung sind aufgetreten: andere Baudrate oder schlechte Verbindung?",
+  ],
   atMoment: ["This is the moment of the link. The controller is paused.", "Das ist der Moment des Links. Die Steuerung ist angehalten."],
   otherwise: ["Not all of it could be done again", "Nicht alles ließ sich wiederholen"],
   save: ["Save a recording", "Aufzeichnung sichern"],

@@ -1,4 +1,5 @@
 // The controllers run here, beside the page, so that the page answers whatever they do.
+import type { Answer } from "../src/api";
 import { Desk } from "../src/desk";
 import { causes } from "./causes";
 import { Later, Relay } from "./relay";
@@ -59,6 +60,45 @@ function tell(session: Session): void {
   if (messages.length > 0) page.postMessage({ messages });
 }
 
+/** How many wait for the whole module, and the last of those that change something. */
+let waiting = 0;
+let last: Promise<unknown> | null = null;
+
+function wait(more: number): void {
+  waiting += more;
+  page.postMessage({ isWaiting: waiting > 0 });
+}
+
+/** Asks, and waits for the whole module where only that can answer. What changes something is done in the order in which
+    it is asked, so that it waits, too, behind what waits; whoever only looks does not. */
+async function inTurn(isLook: boolean, ask: () => Answer): Promise<Answer> {
+  const now = async () => {
+    try {
+      return ask();
+    } catch (error) {
+      if (!(error instanceof Later)) throw error;
+    }
+    wait(1);
+    try {
+      await handOver();
+    } catch (error) {
+      const detail = `the rest of this page did not come (${error instanceof Error ? error.message : String(error)})`;
+      return { status: 503, body: { title: "Not now", detail, remedy: "try again when this page can be reached" } };
+    } finally {
+      wait(-1);
+    }
+    return ask();
+  };
+  if (isLook) return now();
+  const turn = last ? last.catch(() => {}).then(now) : now();
+  last = turn;
+  try {
+    return await turn;
+  } finally {
+    if (last === turn) last = null;
+  }
+}
+
 page.onmessage = async ({ data }) => {
   if ("isHeard" in data) {
     isHeard = true;
@@ -70,23 +110,20 @@ page.onmessage = async ({ data }) => {
     const open = await session;
     if (path === "/causes") {
       const { model, machine, passed } = body as { model: string; machine: string; passed: Parameters<typeof causes>[2] };
-      spare ??= desk();
+      spare ??= desk().catch((error) => {
+        spare = null;
+        throw error;
+      });
       return page.postMessage({ id, answer: { status: 200, body: causes(await spare, { model, machine }, passed) } });
     }
-    const ask = () => {
+    page.postMessage({ id, answer: await inTurn(method === "GET", () => {
       // All that is asked is about this moment.
       if (isHeard) tell(open);
+      const answer = open.ask(method, path, body);
       // Of other controllers nothing is told before somebody has met them.
-      if (method === "PUT" && (path === "/session" || path === "/recording")) isHeard = false;
-      page.postMessage({ id, answer: open.ask(method, path, body) });
-    };
-    try {
-      ask();
-    } catch (error) {
-      if (!(error instanceof Later)) throw error;
-      await handOver();
-      ask();
-    }
+      if (method === "PUT" && (path === "/session" || path === "/recording") && answer.status < 300) isHeard = false;
+      return answer;
+    }) });
   } catch (error) {
     page.postMessage({ id, error: String(error) });
   }

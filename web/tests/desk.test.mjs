@@ -180,13 +180,17 @@ test("the whole module goes on where the first one is", async () => {
     desk.ask("POST", `${own}/line`, { send: "@07\r@0A5000,1000,0,900,0,900,0,900\r" });
     desk.hear(1_700.5);
     assert.equal(desk.ask("PUT", `${own}/signals/stop`, { value: 1 }).status, 200);
-    return desk.hear(2_200);
+    const said = desk.hear(2_200);
+    for (const order of ["press start", "hold estop", "release estop", "power off", "power on"]) {
+      said.push(desk.ask("POST", `${own}/orders`, { order }), ...desk.hear(2_300));
+    }
+    return said;
   };
   assert.deepEqual(talk(relay), talk(whole));
   const late = [
     ["GET", `${own}/recording`], ["POST", `${own}/history/go`, { at: 300_000_000 }], ["POST", `${own}/debugger`, { line: "why" }],
     ["PUT", "/controllers", { model: "imc4", quirks: { lost_steps: false } }], ["GET", "/models/imc4"], ["GET", `${own}/quirks`],
-    ["PUT", "/controllers", { model: "smcu" }], ["POST", `${own}/orders`, { order: "power off" }],
+    ["PUT", "/controllers", { model: "smcu" }], ["POST", `${own}/orders`, { order: "input 0.1 on" }], ["POST", `${own}/orders`, { order: "press nothing" }],
     ["POST", `${own}/faults`, { fault: "drop to-host once" }], ["POST", `${own}/clock/run-until`, { condition: "idle" }],
   ];
   for (const asked of late) assert.throws(() => relay.ask(...asked), Later, asked.join(" "));

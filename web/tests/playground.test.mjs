@@ -100,6 +100,57 @@ for (const name of ["chromium", "firefox"]) {
       await until("it is back", async () => (await tab.carriage())[0] === 0);
     });
 
+    with_("what only the whole page can do waits for it, in its order, and nothing else does", async (site, opened) => {
+      site.hold(LATER);
+      const tab = await opened();
+      await tab.choose(".clock select", "8x");
+      await tab.send("@07");
+      await tab.seen(".entry-answer", "0");
+      await tab.choose(".bench select.model", "smcu");
+      await tab.seen(".link", "waits for the rest of this page");
+      await tab.choose(".bench select.model", "imc4-m");
+      const now = async () => Number((await tab.text(".clock .now")).replace(/\D/g, ""));
+      const before = await now();
+      await until("time goes on meanwhile", async () => (await now()) > before);
+      site.letGo();
+      await until("the last choice holds", async () => /imc4-m/.test(await tab.text("header")));
+      await tab.seen(".link", "runs in this page");
+      await tab.send("@07");
+      await tab.seen(".entry-answer", "0");
+    });
+
+    with_("buttons work from the first moment, and a rest of the page that did not come is asked for again", async (site, opened) => {
+      site.miss(/^page\.wasm$/);
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.send("@0A12000,1000,0,900,0,900,0,900");
+      await until("it moves", async () => (await tab.carriage())[0] > 0);
+      await tab.click('.knob[data-signal="stop"]');
+      await tab.seen(".entry-answer", "stopped by STOP");
+      await tab.click(".timeline button", "Previous entry");
+      await tab.seen(".notice", "404");
+      site.letGo();
+      await until("the past is there", async () => {
+        await tab.click(".timeline button", "Previous entry");
+        return tab.look(() => document.querySelectorAll(".entry.later").length > 0);
+      });
+      tab.complaints.length = 0;
+    });
+
+    with_("a link that is of nothing known begins anew, and one that comes later changes nothing", async (site, opened) => {
+      for (const link of ["#1.i1bKyy8uTc5Q0lHKzczJUdIx0ImOjQUA", "#1.i1bKzE02UdJRys3MyVHSMTSAAZ3oaAMdpZTEvORUJR0lBwPzmCKl2NhYAA", "#2.AAAA", "#1.AAAA"]) {
+        const tab = await opened(link);
+        await tab.seen(".notice", "This link is not whole, so a new session has begun");
+        await tab.send("@07");
+        await tab.seen(".entry-answer", "0");
+        await tab.look((link) => void (location.hash = `${link}x`), link);
+        await tab.seen(".notice", "Nothing has changed");
+        await tab.send("@0P");
+        await tab.seen(".entry-answer", "000000000000000000");
+        tab.complaints.length = 0;
+      }
+    });
+
     with_("what a line means is said before it is sent", async (_, opened) => {
       const tab = await opened();
       await tab.send("@07");
@@ -275,6 +326,61 @@ test("a real line that never falls silent fills neither the page nor its memory"
     assert.equal(await tab.look(() => document.querySelector(".exchanges td code").textContent.length), 4_096);
     await tab.click(".real button", "Disconnect");
     assert.deepEqual(tab.complaints, []);
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
+test("an error of a real line ends no conversation, and what was unplugged is opened again", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const tab = await own.tab();
+    await tab.before(() => {
+      // An error ends a stream, and there is another one, until the port is gone; what is open is not opened again.
+      let [stream, isOpen] = [null, false];
+      const next = () => {
+        port.readable = new ReadableStream({ start: (it) => void (stream = it) });
+      };
+      const port = {
+        readable: null, writable: new WritableStream(),
+        open: async () => {
+          if (isOpen) throw new DOMException("The port is already open.", "InvalidStateError");
+          isOpen = true;
+          next();
+        },
+        close: async () => void (isOpen = false),
+      };
+      window.wrong = () => {
+        const broken = stream;
+        next();
+        broken.error(new DOMException("A framing error has been detected.", "FramingError"));
+      };
+      window.said = (text) => stream.enqueue(new TextEncoder().encode(text));
+      window.unplug = () => {
+        port.readable = null;
+        stream.error(new DOMException("The device has been lost.", "NetworkError"));
+      };
+      Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
+    });
+    await tab.goto(site.url);
+    await tab.seen(".link", "runs in this page");
+    await tab.click(".bench .real-one");
+    await tab.click('.real input[type="checkbox"]');
+    await tab.click(".real button", "Connect");
+    await tab.seen(".real button", "Disconnect");
+    await tab.write(".real form input", "@0P");
+    await tab.press("Enter");
+    await tab.seen(".exchanges tbody th", "@0P");
+    await tab.look(() => window.wrong());
+    await tab.seen(".real .note", "errors of the line were met");
+    await tab.look(() => window.said("0"));
+    await tab.seen(".exchanges td code", "0");
+    await tab.look(() => window.unplug());
+    await tab.seen(".real button", "Connect");
+    await tab.click(".real button", "Connect");
+    await tab.seen(".real button", "Disconnect");
   } finally {
     await own.end();
     await site.end();

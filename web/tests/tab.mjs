@@ -21,14 +21,14 @@ const firefox = process.env.FIREFOX ?? "/usr/bin/firefox-esr";
     held comes only when it is let go. */
 export async function host(more) {
   const told = { bytes: 0, paths: [] };
-  let held = null;
+  let [held, missing] = [null, null];
   const waiting = [];
   const server = createServer(async (request, response) => {
     const path = new URL(request.url, "http://host").pathname;
     told.paths.push(path);
     const name = path === "/" ? "index.html" : path.slice(1);
     const body = await readFile(new URL(name, folder)).catch(() => null);
-    if (!body || name.includes("..")) {
+    if (!body || name.includes("..") || missing?.test(name)) {
       if (more && await more(request, response)) return;
       response.writeHead(404).end();
       return;
@@ -44,8 +44,10 @@ export async function host(more) {
   return {
     url, told, server,
     hold: (names) => void (held = names),
+    /** What cannot be had for a while. */
+    miss: (names) => void (missing = names),
     letGo() {
-      held = null;
+      held = missing = null;
       for (const go of waiting.splice(0)) go();
     },
     end: () => new Promise((resolve) => {

@@ -1,8 +1,8 @@
 //! The module that answers first, and what it leaves to the whole one.
 //!
 //! A page shows its controllers as soon as it has this much: the controllers of isel, lines, signals, clocks
-//! and what happens. It has no words for orders, conditions, faults and rules, no debugger, no history, no
-//! recordings, no files, and no profiles but the built-in ones. What it answers is what the whole module
+//! and what happens. It knows what the buttons of a panel order, and no other words for orders, conditions, faults
+//! and rules, no debugger, no history, no recordings, no files, and no profiles but the built-in ones. What it answers is what the whole module
 //! answers, to the byte; the rest it refuses with `"later": true`. Whoever asks then fetches the whole module,
 //! does there what was done here, and asks again: since nothing here knows a clock or chance, the
 //! controllers are the same.
@@ -126,12 +126,30 @@ pub(crate) mod past {
     }
 }
 
-/// Nothing is understood that is said in words, so that nothing of it is there.
+/// Of what is said in words only the orders of buttons are understood, so that nothing else is there.
 pub(crate) mod words {
     use serde_json::json;
+    use vimc4_control::order::said;
+    use vimc4_device::Deed;
 
     use crate::call::{Answer, Call, Outcome};
     use crate::desk::Desk;
+    use crate::served::page;
+
+    pub(crate) fn order(desk: &mut Desk, call: &Call) -> Outcome {
+        let live = &mut desk.present(call)?.live;
+        let deed = match call.text("order").split_once(' ') {
+            Some(("press", button)) => Deed::Press(button.to_owned()),
+            Some(("hold", button)) => Deed::Hold(button.to_owned()),
+            Some(("release", button)) => Deed::Release(button.to_owned()),
+            Some(("power", "on")) => Deed::Power(true),
+            Some(("power", "off")) => Deed::Power(false),
+            _ => return Err(super::later()),
+        };
+        // What is wrong is said by the whole module.
+        let effect = live.act(call.moment, &page(), deed).map_err(|_| super::later())?;
+        Answer::json(&json!({ "text": said(&effect) }))
+    }
 
     pub(crate) fn none(desk: &mut Desk, call: &Call) -> Outcome {
         desk.present(call)?;
@@ -144,7 +162,7 @@ pub(crate) mod words {
 
     super::leaves! {
         add_breakpoint begin_fault begin_rules completions end_fault end_faults end_scenario end_scenarios
-        order quit remove_breakpoint reset run_until verbs
+        quit remove_breakpoint reset run_until verbs
     }
 }
 
