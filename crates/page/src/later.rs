@@ -39,22 +39,6 @@ pub(crate) mod kept {
     }
 }
 
-/// Nobody looks at the past.
-pub(crate) mod looks {
-    use crate::served::Served;
-
-    #[derive(Debug)]
-    pub(crate) enum Looks {}
-
-    impl Served {
-        pub(crate) fn leave_the_past(&mut self) {}
-
-        pub(crate) fn back(&mut self) {}
-
-        pub(crate) fn stays_paused(&mut self, _: bool) {}
-    }
-}
-
 pub(crate) mod opened {
     use vimc4_answers::problem::Problem;
 

@@ -18,6 +18,7 @@ mod ask;
 mod call;
 mod desk;
 mod live;
+mod looks;
 mod own;
 mod pace;
 mod served;
@@ -26,8 +27,6 @@ pub mod wasm;
 
 #[cfg(feature = "past")]
 mod kept;
-#[cfg(feature = "past")]
-mod looks;
 #[cfg(feature = "past")]
 mod opened;
 #[cfg(feature = "past")]
@@ -46,7 +45,9 @@ mod work;
 #[cfg(not(feature = "past"))]
 mod later;
 #[cfg(not(feature = "past"))]
-use later::{kept, looks, opened, past, profiles, recorder, words, work};
+mod present;
+#[cfg(not(feature = "past"))]
+use later::{kept, opened, past, profiles, recorder, words, work};
 
 pub use ask::Reply;
 pub use desk::Desk;

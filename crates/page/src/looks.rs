@@ -1,8 +1,10 @@
 //! What somebody looks at.
 
+#[cfg(feature = "past")]
 use vimc4_timeline::Place;
 
 /// Somebody looks at the past; the controller's time stands still.
+#[cfg(feature = "past")]
 #[derive(Debug)]
 pub(crate) struct Looks {
     /// Where the controller itself is.
@@ -12,3 +14,8 @@ pub(crate) struct Looks {
     /// Somebody else has paused it, and nobody has let it go on since.
     pub(crate) stays_paused: bool,
 }
+
+/// Nobody does: there is no past yet.
+#[cfg(not(feature = "past"))]
+#[derive(Debug)]
+pub(crate) enum Looks {}
