@@ -113,14 +113,18 @@ fn inside(room: &Path, command: &str) -> Command {
 /// Starts `serve`, asks for three axes, and gives the time to the answer, and the program's version.
 fn first_answer(room: &Path, folder: &str) -> Outcome<(Duration, String)> {
     let mut program = format!("/{folder}/vimc4");
-    if let Some(emulator) = tool::emulator_for(&room.join(folder).join("vimc4"))? {
-        let copied = fs::copy(&emulator, room.join("emulator"));
+    let mut options = "serve --tcp 127.0.0.1:0";
+    let emulator = tool::emulator_for(&room.join(folder).join("vimc4"))?;
+    if let Some(emulator) = &emulator {
+        let copied = fs::copy(emulator, room.join("emulator"));
         copied.map_err(|error| format!("{}: {error}", emulator.display()))?;
         program.insert_str(0, "/emulator ");
+        // An emulator of programs does not know all that a pseudo-terminal needs.
+        options = "serve --pty none --tcp 127.0.0.1:0";
     }
     let version = tool::line(&mut inside(room, &format!("{program} -V")))?;
     let begin = Instant::now();
-    let mut serve = inside(room, &format!("{program} serve --tcp 127.0.0.1:0"));
+    let mut serve = inside(room, &format!("{program} {options}"));
     let child = serve.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
     let mut child = Started(child.map_err(|error| format!("cannot run unshare: {error}"))?);
     let output = child.0.stdout.take().ok_or("serve has no output")?;
@@ -135,7 +139,7 @@ fn first_answer(room: &Path, folder: &str) -> Outcome<(Duration, String)> {
             break address.ok_or("serve names no TCP port")?.to_owned();
         }
     };
-    if !said.iter().any(|line| line.starts_with("pty /")) {
+    if emulator.is_none() && !said.iter().any(|line| line.starts_with("pty /")) {
         return Err(format!("serve has no pseudo-terminal: {said:?}"));
     }
     let mut port = TcpStream::connect(&address).map_err(|error| format!("{address}: {error}"))?;

@@ -295,7 +295,7 @@ impl Signals {
     pub(crate) fn wait(self, limit: Option<Duration>) -> io::Result<Option<Told>> {
         let mut about = MaybeUninit::<siginfo_t>::zeroed();
         let limit = limit.map(|limit| libc::timespec {
-            tv_sec: libc::time_t::try_from(limit.as_secs()).unwrap_or(libc::time_t::MAX),
+            tv_sec: i64::try_from(limit.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: limit.subsec_nanos().into(),
         });
         let limit = limit.as_ref().map_or(ptr::null(), ptr::from_ref);
