@@ -29,23 +29,31 @@ const bundle = (options) =>
     legalComments: "eof", outdir: "out", write: false, metafile: true, ...options,
   });
 const base = (path) => path.split("/").at(-1);
+const digest = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
-const files = {
-  "first.wasm": await controllers("vimc4_first.wasm"),
-  "page.wasm": await controllers("vimc4_page.wasm"),
+// A module has what is in it in its name: a page that is open asks for its own, and never gets one of another edition.
+const wasm = {};
+const files = {};
+for (const name of ["first", "page"]) {
+  const bytes = await controllers(`vimc4_${name}.wasm`);
+  wasm[name] = `${name}-${digest(bytes).slice(0, 8).toUpperCase()}.wasm`;
+  files[wasm[name]] = bytes;
+}
+Object.assign(files, {
   "index.html": await readFile(local("playground/index.html")),
   "app.webmanifest": await readFile(local("playground/app.webmanifest")),
   "icon.svg": await readFile(local("src/icon.svg")),
   "examples.json": Buffer.from(JSON.stringify(EXAMPLES)),
   "licences.txt": await readFile(local("../crates/api/web/dist/licences.txt")),
-};
+});
 const { outputFiles, metafile } = await bundle({
   entryPoints: { playground: "playground/main.ts", worker: "playground/worker.ts" }, splitting: true,
+  define: { FIRST: JSON.stringify(wasm.first), WHOLE: JSON.stringify(wasm.page) },
 });
 const styles = await bundle({ entryPoints: { playground: "playground/playground.css" } });
 for (const { path, contents } of [...outputFiles, ...styles.outputFiles]) files[base(path)] = Buffer.from(contents);
 // What is not asked for before there is a controller to show: the whole module, and what draws the machine.
-const late = new Set(["page.wasm", "licences.txt", ...Object.keys(metafile.outputs).map(base)]);
+const late = new Set([wasm.page, "licences.txt", ...Object.keys(metafile.outputs).map(base)]);
 const isEarly = (path) => {
   late.delete(base(path));
   for (const used of metafile.outputs[path].imports) if (used.kind === "import-statement") isEarly(used.path);

@@ -64,8 +64,10 @@ export class Bench {
   async open(name: string, file: Blob): Promise<void> {
     const { app } = this;
     try {
-      const text = await textOf(file);
+      const { text, isTorn } = await textOf(file);
       const kind = kindOf(name, text);
+      // Half a job is none.
+      if (isTorn && kind !== "recording") return app.onNotice(`${name}: ${tell("torn")}`, true);
       if (kind === "unknown") return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
       if (kind === "film") {
         // As what is in a template nothing of that page is carried out, its style neither.
@@ -78,11 +80,12 @@ export class Bench {
       if (kind === "recording") {
         this.work?.giveUp();
         this.work = null;
-        await app.api.ask("PUT", "/recording", { text });
+        const { torn, is_whole } = await app.api.ask<{ torn: number | null; is_whole: boolean }>("PUT", "/recording", { text });
         this.isOpened = true;
         if (app.film) app.unplay();
         await this.here.meet();
-        return app.onNotice(`${name}: ${tell("recordingOpen")}`, false);
+        const missing = isTorn || torn !== null ? tell("torn") : is_whole ? "" : tell("endless");
+        return app.onNotice(`${name}: ${tell("recordingOpen")} ${missing}`.trim(), missing !== "");
       }
       if (app.film) {
         app.unplay();

@@ -37,6 +37,12 @@ const TABLE = {
   waits: ["waits", "wartet"],
   goOn: ["Go on", "Weiter"],
   giveUp: ["Stop sending", "Nicht weiter senden"],
+  tooLarge: ["Larger than what this page reads:", "Größer als das, was diese Seite liest:"],
+  torn: ["It was torn off: what comes behind is missing.", "Sie bricht ab: Was danach kommt, fehlt."],
+  endless: [
+    "It has no end: it was saved from a program that still ran, or that was killed.",
+    "Sie hat kein Ende: Sie stammt von einem Programm, das noch lief oder abgebrochen wurde.",
+  ],
   recordingOpen: ["A recording: go back and forth in it with the time line.", "Eine Aufzeichnung: Die Zeitachse führt darin vor und zurück."],
   tours: ["Guided tours", "Rundgänge"],
   tour: ["Guided tour", "Rundgang"],

@@ -5,6 +5,10 @@ import { causes } from "./causes";
 import { Later, Relay } from "./relay";
 import { Session } from "./session";
 
+/** The names of the modules of this edition: put in by the build. */
+declare const FIRST: string;
+declare const WHOLE: string;
+
 /** What the page asks, with a number that comes back with the answer. */
 export interface Question {
   id: number;
@@ -28,7 +32,7 @@ async function module(name: string): Promise<ArrayBuffer> {
   if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
   return answer.arrayBuffer();
 }
-const relay = module("first.wasm").then((bytes) => Desk.load(bytes)).then((desk) => new Relay(desk));
+const relay = module(FIRST).then((bytes) => Desk.load(bytes)).then((desk) => new Relay(desk));
 const session = relay.then((relay) => new Session(relay, () => performance.now()));
 
 let whole: Promise<ArrayBuffer> | null = null;
@@ -39,7 +43,7 @@ let spare: Promise<Desk> | null = null;
 /** A desk of the whole module. What is not there, or is not whole, is asked for again when it is needed again. */
 async function desk(): Promise<Desk> {
   try {
-    return await Desk.load(await (whole ??= module("page.wasm")));
+    return await Desk.load(await (whole ??= module(WHOLE)));
   } catch (error) {
     whole = null;
     throw error;

@@ -5,6 +5,7 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
+import { gzipSync } from "node:zlib";
 import { bridge } from "./port.mjs";
 import { absent, browser, host } from "./tab.mjs";
 import { program, run, serve, until } from "./stand.mjs";
@@ -12,7 +13,7 @@ import { program, run, serve, until } from "./stand.mjs";
 /** What is fetched before the first answer, in bytes. */
 const LIMIT = 390_000;
 /** What comes after it. */
-const LATER = /^(page\.wasm|scene-.*\.js|service\.js)$/;
+const LATER = /^(page-.*\.wasm|scene-.*\.js|service\.js)$/;
 let film, quirky, folder;
 before(async () => {
   if (absent) return;
@@ -120,7 +121,7 @@ for (const name of ["chromium", "firefox"]) {
     });
 
     with_("buttons work from the first moment, and a rest of the page that did not come is asked for again", async (site, opened) => {
-      site.miss(/^page\.wasm$/);
+      site.miss(/^page-.*\.wasm$/);
       const tab = await opened();
       await tab.send("@07");
       await tab.send("@0A12000,1000,0,900,0,900,0,900");
@@ -210,6 +211,18 @@ for (const name of ["chromium", "firefox"]) {
       await tab.seen(".entry-answer", "2");
       await tab.click(".timeline button", "Previous entry");
       await tab.seen(".timeline .when", "This is past");
+      // Of one that was cut there is what was written, packed or not, and the page says so.
+      const text = await example("limit.jsonl");
+      const packed = gzipSync(text);
+      for (const part of [text.slice(0, -60), packed.subarray(0, packed.length - 100)]) {
+        await tab.drop("nothing.bin", "\0\0\0");
+        await tab.seen(".notice", "no recording");
+        await tab.drop("limit.jsonl", part);
+        await tab.seen(".notice", "It was torn off");
+        await tab.seen(".entry-answer", "2");
+      }
+      await tab.drop("plate.ncp.gz", gzipSync(await example("plate.ncp")).subarray(0, -20));
+      await tab.seen(".notice", "plate.ncp.gz: It was torn off");
       await tab.drop("nothing.bin", "\0\0\0");
       await tab.seen(".notice", "no recording");
       // The page of a recording is opened as well, and the controller is there again after it.

@@ -159,13 +159,14 @@ class Tab {
     }, [selector, value]);
   }
 
-  /** Drops a file on the page. */
-  drop(name, text) {
-    return this.page.evaluate(([name, text]) => {
+  /** Drops a file on the page, with a text or with bytes. */
+  drop(name, content) {
+    const parts = typeof content === "string" ? content : [...content];
+    return this.page.evaluate(([name, parts]) => {
       const data = new DataTransfer();
-      data.items.add(new File([text], name));
+      data.items.add(new File([typeof parts === "string" ? parts : new Uint8Array(parts)], name));
       for (const type of ["dragover", "drop"]) document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
-    }, [name, text]);
+    }, [name, parts]);
   }
 
   /** Sends a line from the field of the page. */

@@ -102,7 +102,9 @@ impl Desk {
             }
             ("PUT", "/v1/recording") => {
                 is_within(content, FILE)?;
-                return self.put(vec![opened::recorded(content)?]);
+                let (served, missing) = opened::recorded(content)?;
+                self.put(vec![served])?;
+                return Answer::json(&missing);
             }
             ("PUT", "/v1/events") => return self.subscribe(content),
             _ => {}

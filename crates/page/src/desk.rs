@@ -14,7 +14,7 @@ use crate::served::Served;
 /// beginning. Time begins to pass when somebody [hears](Desk::hear) what happens.
 ///
 /// Beyond the API it knows `PUT /v1/controllers`, which puts other controllers on the desk, `PUT
-/// /v1/recording`, which puts the one of a recording there with its past, `PUT /v1/events`, which says what
+/// /v1/recording`, which puts the one of a recording there with its past and says what is missing of it, `PUT /v1/events`, which says what
 /// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/quirks`,
 /// which lists the values that each quirk of its model can have, and `POST
 /// /v1/controllers/1/work`, which takes a file apart into what a host gives to the controller.

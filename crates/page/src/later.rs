@@ -40,11 +40,12 @@ pub(crate) mod kept {
 }
 
 pub(crate) mod opened {
+    use serde_json::Value;
     use vimc4_answers::problem::Problem;
 
     use crate::served::Served;
 
-    pub(crate) fn recorded(_: &str) -> Result<Served, Problem> {
+    pub(crate) fn recorded(_: &str) -> Result<(Served, Value), Problem> {
         Err(super::later())
     }
 }

@@ -1,7 +1,7 @@
 //! A recording that is opened.
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
@@ -19,7 +19,9 @@ struct Text {
 }
 
 /// The controller of a recording, with all that happened to it, at its end: its time stands still.
-pub(crate) fn recorded(content: &str) -> Result<Served, Problem> {
+/// Beside it, what is missing of the recording: the number of the line that was torn off, and whether
+/// it has its end.
+pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     let Text { text } = serde_json::from_str(content).map_err(|error| {
         let detail = format!("the recording is not there: {error}");
         Problem::new(Kind::WrongRequest, detail, "send an object such as {\"text\":\"…\"}")
@@ -79,5 +81,5 @@ pub(crate) fn recorded(content: &str) -> Result<Served, Problem> {
         }
     }
     live.pause(Source::Controls("the end of the recording".into()));
-    Ok(served)
+    Ok((served, json!({ "torn": recording.torn, "is_whole": recording.is_whole() })))
 }

@@ -133,9 +133,14 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
     let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
     let mut other = Desk::new();
     let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text }));
-    assert_eq!(status, 200, "{answer}");
+    assert_eq!((status, answer), (200, json!({ "torn": null, "is_whole": true })));
     let again = asked(&mut other, "GET", "/v1/controllers/1/view", &Value::Null).1;
     assert_eq!(again, view);
+    // What is missing is said.
+    let lines = text.lines().count();
+    let half = json!({ "text": &text[..text.len() - 5] });
+    let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &half);
+    assert_eq!((status, answer), (200, json!({ "torn": lines, "is_whole": false })));
 }
 
 #[test]
