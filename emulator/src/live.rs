@@ -9,11 +9,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
-use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Source, Tap, Wants, What};
+use vimc4::{
+    Control, Emulator, News, Order, Report, Reports, Sink, Source, Step, Tap, Wants, What,
+};
 use vimc4_answers::past::{Lived, is_on_way, way};
-use vimc4_catalogue::{Controller, State};
+use vimc4_catalogue::State;
 use vimc4_debug::{
-    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
+    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way, Wired,
     uninterrupted,
 };
 #[cfg(feature = "api")]
@@ -118,7 +120,7 @@ impl Live {
         control: &Control,
         who: &str,
         ring: Option<Ring>,
-        past: impl FnOnce(&Controller) -> Option<History<Controller>>,
+        past: impl FnOnce(&Wired) -> Option<History<Wired>>,
     ) -> Result<(Live, Debugger), Failed> {
         let control = control.by(who);
         let stays_paused = control.paused().wait().map_err(failed)?.is_some();
@@ -130,10 +132,10 @@ impl Live {
             None => control.watch(tap),
         };
         watching.wait().map_err(failed)?;
-        let controller = control.controller().wait().map_err(failed)?.device().clone();
-        let past = past(&controller);
+        let line = control.controller().wait().map_err(failed)?;
+        let past = past(&line);
         let is_remembered = past.is_some();
-        let mut debugger = past.map_or_else(|| Debugger::new(controller), Debugger::over);
+        let mut debugger = Debugger::over(past.unwrap_or_else(|| History::new(line)));
         let (place, lived) = (debugger.place(), Lived::all(debugger.history()));
         let mut live = Live {
             emulator: None,
@@ -346,7 +348,8 @@ impl Live {
                     self.control.wait_until(debugger.now()).wait().map_err(failed)?;
                     self.control.inject(input).wait().map_err(failed)?;
                 }
-                None => _ = self.control.step().wait().map_err(failed)?,
+                // Where a breakpoint of somebody else is met on the way, only time has passed.
+                None => while self.control.step().wait().map_err(failed)? == Step::Time {},
             }
         }
         debugger.history_mut().go_to_end(heading);
@@ -359,20 +362,17 @@ impl Live {
         Ok(end == here)
     }
 
-    fn state(&self) -> Result<State, Failed> {
-        Ok(self.control.controller().wait().map_err(failed)?.device().state())
+    fn state(&self) -> Result<LineState<State>, Failed> {
+        Ok(self.control.controller().wait().map_err(failed)?.state())
     }
 
     /// Puts the controller into the state that the debugger looks at, if it is in another.
     fn put_state(&self, debugger: &Debugger) -> Result<(), Failed> {
-        let state = debugger.device().state();
-        if self.state()? == state { Ok(()) } else { self.put(state) }
-    }
-
-    fn put(&self, state: State) -> Result<(), Failed> {
-        let mut line = self.control.controller().wait().map_err(failed)?.state();
-        line.device = state;
-        self.control.put(line).wait().map_err(failed)
+        let state = debugger.line().state();
+        if self.state()? == state {
+            return Ok(());
+        }
+        self.control.put(state).wait().map_err(failed)
     }
 
     /// What the console itself has done is in the history already.
@@ -715,9 +715,9 @@ pub(crate) fn follow(debugger: &mut Debugger, report: &Report) {
     history.drain();
 }
 
-/// The state of a controller in that of its line, as it is reported.
-pub(crate) fn state(written: &Value) -> Option<State> {
-    serde_json::from_value::<LineState<State>>(written.clone()).ok().map(|line| line.device)
+/// The state of a controller and its line, as it is reported.
+pub(crate) fn state(written: &Value) -> Option<LineState<State>> {
+    serde_json::from_value(written.clone()).ok()
 }
 
 /// When a running controller has to be paused for a breakpoint: when its condition becomes so, or

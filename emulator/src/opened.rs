@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use vimc4_catalogue::{Controller, Handling, Machine};
-use vimc4_debug::{Debugger, Piece, Source, Unit, Way};
+use vimc4_debug::{Debugger, Piece, Source, Unit, Way, Wired};
 use vimc4_device::{Device, Event, Input, SignalId};
 use vimc4_script::{Host, Kind, Script, ScriptLine, is_job, number, storing, takes_jobs};
 use vimc4_timeline::History;
@@ -24,7 +24,7 @@ pub(crate) struct Program {
     /// What the controller is called.
     pub(crate) name: String,
     pub(crate) machine: Arc<Machine>,
-    pub(crate) history: History<Controller>,
+    pub(crate) history: History<Wired>,
     /// Its name is the path as it was handed in.
     pub(crate) source: Source,
     pub(crate) pieces: Vec<Piece>,

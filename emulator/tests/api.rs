@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, connect, run, until};
+use process::{Process, connect, run, tcp, until};
 
 const PAGE: &str = include_str!("../../docs/api.md");
 
@@ -549,6 +549,78 @@ fn the_breakpoints_of_the_debugger_are_its_own() -> Outcome {
     Ok(())
 }
 
+/// The line is debugged with the controller: what goes wrong there and what rules do is in the past, goes
+/// back with it, and whoever is connected gets each answer once.
+fn faults_and_rules_go_back_with_the_controller() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let arguments = ["--time", "100x", "--web", "--tcp", "127.0.0.1:0", "--record", "all.jsonl"];
+    let (mut serve, ready, address) = serve(folder.path(), &arguments);
+    let mut host = connect(tcp(&ready, 0));
+    let ask = |method: &str, path: &str, body: Value| {
+        let (status, said) = request(&address, method, path, &body);
+        assert_eq!(status, 200, "{path} {body}: {said}");
+        said
+    };
+    let debug = |line: &str| {
+        let said = ask("POST", "/debugger", json!({ "line": line }))["text"].clone();
+        said.as_str().unwrap_or_default().to_owned()
+    };
+    let mut gets = |answers: &str| {
+        let mut got = vec![0; answers.len()];
+        host.read_exact(&mut got).unwrap();
+        assert_eq!(String::from_utf8_lossy(&got), answers);
+    };
+    let x = || ask("GET", "/position", Value::Null)["axes"]["X"].as_i64();
+    let acted = || ask("GET", "/rules", Value::Null)[0]["acted"].clone();
+
+    // A rule that never acts and a fault that never strikes change nothing.
+    ask("POST", "/rules", json!({ "rules": "rule once when x > 600: press stop" }));
+    ask("POST", "/faults", json!({ "fault": "drop to-host once after command @P" }));
+    debug("send @01");
+    debug("step 10ms");
+    debug("send @0A500,3000");
+    debug("step 1s");
+    gets("00");
+
+    // What the rule does is stepped through, and so is a breakpoint that somebody else has set.
+    ask("POST", "/breakpoints", json!({ "condition": "x > 550" }));
+    debug("send @0A400,3000");
+    let said = debug("step 1s");
+    assert!(said.contains("F"), "{said}");
+    gets("F");
+    let stopped = x();
+    assert!(stopped.is_some_and(|x| (600..900).contains(&x)), "{stopped:?}");
+    assert_eq!(acted(), 1);
+
+    // Where it had not acted it has not, and it acts again; the past is what was.
+    debug("back 900ms");
+    let there = debug("where");
+    assert!(there.contains("X         ") && there.contains("on main"), "{there}");
+    assert_eq!(acted(), 1, "it is only looked at");
+    debug("goto start");
+    debug("next x = 560");
+    debug("take");
+    assert_eq!((x(), acted()), (Some(560), json!(0)));
+    debug("step 1s");
+    gets("F");
+    assert_eq!((x(), acted()), (stopped, json!(1)));
+
+    // The answer that the fault swallows is in nobody's hands, however one gets there.
+    debug("send @0P");
+    debug("step 10ms");
+    debug("send @07");
+    debug("step 10ms");
+    gets(&format!("{:06X}0000000000000", stopped.unwrap_or_default()));
+    let branches = ask("GET", "/history", Value::Null)["branches"].clone();
+    assert_eq!(branches.as_array().map(Vec::len), Some(1), "{branches}");
+    ask("DELETE", "/debugger", Value::Null);
+    serve.give("quit\n");
+    assert_eq!(serve.end().0, Some(0));
+    let (code, said, wrong) = run(folder.path(), &["replay", "all.jsonl"]);
+    assert!(code == 0 && said.starts_with("equal"), "{said}{wrong}");
+    Ok(())
+}
+
 /// Whoever looks, asks or leaves changes nothing but what they mean to.
 fn those_who_look_are_in_nobodys_way() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -724,6 +796,11 @@ fn main() -> ExitCode {
             "the_breakpoints_of_the_debugger_are_its_own",
             "",
             the_breakpoints_of_the_debugger_are_its_own,
+        ),
+        trial(
+            "faults_and_rules_go_back_with_the_controller",
+            "",
+            faults_and_rules_go_back_with_the_controller,
         ),
         trial("those_who_look_are_in_nobodys_way", "", those_who_look_are_in_nobodys_way),
         trial("a_host_gets_what_it_has_not_had", "", a_host_gets_what_it_has_not_had),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_control::{Report, Sink, What};
-use vimc4_debug::Debugger;
+use vimc4_debug::{Debugger, Wired};
 use vimc4_device::{
     Device, Input, Names, Output, OwnedInput, SignalKind, Time, escape, show_nanos,
 };
@@ -51,7 +51,7 @@ pub fn history(debugger: &Debugger, live: Place) -> Value {
         json!({
             "id": branch.id,
             "name": branch.name,
-            "why": first.map(|first| in_words(history.device(), debugger.names(), &first.input)),
+            "why": first.map(|first| in_words(debugger.device(), debugger.names(), &first.input)),
             "parted": branch.parted.map(moment),
             "first": branch.first.at,
             "end": branch.end.at,
@@ -153,7 +153,7 @@ pub fn part_from_what_happened(debugger: &mut Debugger, live: Place) {
 }
 
 /// What is known of what comes after the present, worked out.
-pub fn look_ahead(history: &mut History<Controller>, is_given_up: impl Fn() -> bool) {
+pub fn look_ahead(history: &mut History<Wired>, is_given_up: impl Fn() -> bool) {
     let heading = history.heading();
     history.at_end(heading, |history| {
         let end = history.now().after_nanos(AHEAD);

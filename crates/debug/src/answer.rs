@@ -29,6 +29,8 @@ pub enum Answer {
     Notes(Vec<Note>, bool),
     /// Where the present is.
     Where(Box<Where>),
+    /// Lines: the faults, the rules, or the help on an order.
+    Text(String),
     /// A value.
     Value(Variable),
     /// What is watched.
@@ -71,8 +73,6 @@ pub enum Answer {
     Candidates(Vec<Candidate>),
     /// All commands and orders of the panel: how each is typed, and what it does.
     Help(Vec<(String, String)>),
-    /// An order of the panel: how it is typed, and what it does.
-    Deeds(Vec<(String, String)>),
     /// One command.
     HelpOn(&'static Directive),
     /// The caller wants to end.
@@ -219,6 +219,7 @@ impl fmt::Display for Answer {
                 let from = branches.iter().find(|other| other.id == parted.branch);
                 write!(f, ", from {}", from.map_or("?", |other| other.name.as_str()))
             }),
+            Answer::Text(text) => f.write_str(text),
             Answer::Digest(digest) => write!(f, "{digest:016x}"),
             Answer::Usage(usage, share) => {
                 write!(
@@ -248,9 +249,6 @@ impl fmt::Display for Answer {
                     }
                 }
                 f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")
-            }
-            Answer::Deeds(deeds) => {
-                lines(f, deeds, |f, (typed, about)| write!(f, "{typed:<18} {about}"))
             }
             Answer::HelpOn(directive) => {
                 write!(f, "{}", directive.usage())?;

@@ -6,13 +6,16 @@ use std::ops::ControlFlow;
 
 use serde_json::Value;
 use vimc4_catalogue::Controller;
-use vimc4_device::{CommandNumber, Condition, Device, Kinds, Names, Time, TimedInput};
+use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, TimedInput};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::feed::Standing;
 use crate::reel::Unread;
 use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable};
+
+/// A controller at its line: what goes wrong there, and what scenarios do, is debugged along.
+pub type Wired = Line<Controller>;
 
 /// A controller, its history, and the present moment in it.
 ///
@@ -49,7 +52,7 @@ use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Debugger {
-    pub(crate) history: History<Controller>,
+    pub(crate) history: History<Wired>,
     names: Names,
     pub(crate) source: Option<Source>,
     pub(crate) feed: Option<Feed>,
@@ -82,12 +85,12 @@ impl Debugger {
     /// Begins with a controller as it is now.
     #[must_use]
     pub fn new(controller: Controller) -> Debugger {
-        Debugger::over(History::new(controller))
+        Debugger::over(History::new(Line::ideal(controller)))
     }
 
     /// Goes on with a history. All kinds of events are watched from now on.
     #[must_use]
-    pub fn over(mut history: History<Controller>) -> Debugger {
+    pub fn over(mut history: History<Wired>) -> Debugger {
         history.watch(Kinds::ALL);
         history.drain();
         Debugger {
@@ -121,18 +124,24 @@ impl Debugger {
 
     /// The history.
     #[must_use]
-    pub fn history(&self) -> &History<Controller> {
+    pub fn history(&self) -> &History<Wired> {
         &self.history
     }
 
     /// The history, to be walked by other means.
-    pub fn history_mut(&mut self) -> &mut History<Controller> {
+    pub fn history_mut(&mut self) -> &mut History<Wired> {
         &mut self.history
     }
 
     /// The controller at the present.
     #[must_use]
     pub fn device(&self) -> &Controller {
+        self.line().device()
+    }
+
+    /// The controller at the present, with its line.
+    #[must_use]
+    pub fn line(&self) -> &Wired {
         self.history.device()
     }
 
@@ -261,7 +270,8 @@ impl Debugger {
     /// If the field cannot be set, or does not take this value.
     pub fn set_variable(&mut self, path: &str, value: Value) -> Result<(), DebugError> {
         let field = Field::parse(path, self.device())?;
-        let state = field.put(self.device(), value.clone())?;
+        let mut state = self.line().state();
+        state.device = field.put(self.device(), value.clone())?;
         self.history.fork(format!("{path} = {value}"), state);
         Ok(())
     }

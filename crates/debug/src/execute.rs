@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use vimc4_device::{
-    CommandNumber, Deed, Device, Fault, FaultNumber, Faulting, Input, MachineFault, Order,
-    OwnedInput, Sort, Time, Verb, When, escape, parse_duration, unescape,
+    CommandNumber, Deed, Device, Faulting, Input, Order, OwnedInput, Ruling, Sort, Time, Verb,
+    escape, faults_in_words, parse_duration, rules_in_words, unescape,
 };
 use vimc4_timeline::Progress;
 
@@ -193,7 +193,7 @@ impl Debugger {
                     Some(directive) => Ok(Answer::HelpOn(directive)),
                     None => match Order::read(line, self.names()) {
                         Ok(Some(Order::Help(Some(verb)))) => {
-                            Ok(Answer::Deeds(typed(verb).collect()))
+                            Ok(Answer::Text(self.names().help_on(verb)))
                         }
                         _ => Err(unknown(name)),
                     },
@@ -632,12 +632,24 @@ impl Debugger {
                 self.told(stop)
             }
             Some(Order::Position) => Ok(self.whereabouts()),
-            Some(Order::Faults | Order::Rules | Order::Reset | Order::Rule(_)) => {
-                Err(DebugError::new(WITHOUT_LINE))
+            Some(Order::Rule(ruling)) => {
+                self.give(Input::Rule(&ruling));
+                Ok(Answer::Done)
+            }
+            Some(Order::Reset) => {
+                self.give(Input::Rule(&Ruling::EndAll));
+                self.give(Input::Fault(&Faulting::EndAll));
+                Ok(Answer::Done)
+            }
+            Some(Order::Faults) => {
+                Ok(Answer::Text(faults_in_words(&self.line().faults(), self.names())))
+            }
+            Some(Order::Rules) => {
+                Ok(Answer::Text(rules_in_words(&self.line().rules(), self.names())))
             }
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
             Some(Order::Help(None)) => Ok(self.helped()),
-            Some(Order::Help(Some(verb))) => Ok(Answer::Deeds(typed(verb).collect())),
+            Some(Order::Help(Some(verb))) => Ok(Answer::Text(self.names().help_on(verb))),
             Some(Order::Quit) => Ok(Answer::Quit),
             Some(Order::Complete(begun)) => {
                 let cursor = begun.len();
@@ -652,40 +664,8 @@ impl Debugger {
     }
 
     fn inputs_of(&self, deed: &Deed) -> Result<Vec<OwnedInput>> {
-        if let Deed::Fault(faulting) = deed {
-            return Ok(vec![OwnedInput::Fault(self.fault_of(faulting)?)]);
-        }
         let inputs = deed.inputs(self.names().signals());
         inputs.map_err(|error| DebugError::new(error.to_string()))
-    }
-
-    /// A fault of the machine, which is there at once; the controller itself has those.
-    fn fault_of(&self, faulting: &Faulting) -> Result<Faulting> {
-        match faulting {
-            Faulting::Begin(number, fault @ Fault::Machine(MachineFault { when, .. })) => {
-                if *when != When::ALWAYS {
-                    return Err(DebugError::new(AT_ONCE));
-                }
-                let number = match *number {
-                    FaultNumber::NEXT => self.free_fault(),
-                    number => number,
-                };
-                Ok(Faulting::Begin(number, fault.clone()))
-            }
-            Faulting::Begin(..) => Err(DebugError::new(WITHOUT_LINE)),
-            end => Ok(end.clone()),
-        }
-    }
-
-    /// A number that no fault of any branch has.
-    fn free_fault(&self) -> FaultNumber {
-        let history = self.history();
-        let inputs = history.branches().flat_map(|branch| history.inputs(branch.id, 0));
-        let taken = inputs.filter_map(|given| match given.input {
-            OwnedInput::Fault(Faulting::Begin(FaultNumber(number), _)) => Some(number),
-            _ => None,
-        });
-        FaultNumber(taken.max().unwrap_or(0).saturating_add(1))
     }
 
     fn helped(&self) -> Answer {
@@ -702,44 +682,14 @@ impl From<&str> for DebugError {
     }
 }
 
-/// Why faults of the line, and rules, are refused here.
-const WITHOUT_LINE: &str = "what is debugged is the controller without its line: faults of the machine such \
-                            as `fault jam x`, and `fault end all`, work here; faults of the line and rules \
-                            are for `serve`, `run`, the library and sessions";
-
-/// What faults there are here.
-const OF_THE_MACHINE: &str = "the machine fails from now on, as in `fault jam x`, `fault backlash x 12`, \
-                              `fault load x 50`, `fault push x -40` or `fault power-off`";
-
-/// Why a fault is refused that does not begin at once.
-const AT_ONCE: &str = "here a fault begins at once and lasts until `fault end all`: lead time to where it is \
-                       to begin, as with `run until x 1000`, and give it without `after`, `while` and `for`";
-
 /// The forms that a verb of the panel is typed in, with what each does.
 fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
-    verb.forms().iter().map(move |form| {
-        let typed = verb.typed(form);
-        // Faults of the line are refused here.
-        let about = if typed == "fault FAULT" { OF_THE_MACHINE } else { form.about };
-        (typed, about.to_owned())
-    })
+    verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
 }
 
 /// Whether a verb has no use where nothing runs by itself, or consists of several steps.
 fn is_elsewhere(verb: Verb) -> bool {
-    matches!(
-        verb,
-        Verb::Cancel
-            | Verb::Erase
-            | Verb::Faults
-            | Verb::When
-            | Verb::While
-            | Verb::At
-            | Verb::Every
-            | Verb::Rule
-            | Verb::Rules
-            | Verb::Reset
-    )
+    matches!(verb, Verb::Cancel | Verb::Erase)
 }
 
 fn unknown(word: &str) -> DebugError {

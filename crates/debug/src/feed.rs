@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4_catalogue::Controller;
+use crate::Wired;
 use vimc4_device::{CommandNumber, Condition, Device, Event, Input, Output, SignalId, Time};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
@@ -121,7 +121,7 @@ impl Feed {
     }
 
     /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
-    pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
+    pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Wired>) {
         let Some(piece) = self.waits_for(history) else { return };
         // It is known to be answered: else it would be asked here for ever.
         self.wait = Some(Wait { place: history.present(), piece, lasts: false });
@@ -132,7 +132,7 @@ impl Feed {
 
     /// What it waits for or asks at the present, if that holds it up.
     #[must_use]
-    pub fn waits(&self, history: &History<Controller>) -> Option<&str> {
+    pub fn waits(&self, history: &History<Wired>) -> Option<&str> {
         match self.pieces.get(self.waits_for(history)?)? {
             Piece::Ask(what) | Piece::Until(_, what) => Some(what),
             _ => None,
@@ -140,7 +140,7 @@ impl Feed {
     }
 
     /// The piece that holds it up at the present.
-    fn waits_for(&self, history: &History<Controller>) -> Option<usize> {
+    fn waits_for(&self, history: &History<Wired>) -> Option<usize> {
         let Wait { place, piece, .. } = self.wait.filter(|wait| wait.lasts)?;
         // While it waits, time can pass, and something can be done by hand.
         let next = match self.pieces.get(piece)? {
@@ -153,18 +153,18 @@ impl Feed {
 
     /// Whether it has done everything on the way to the present.
     #[must_use]
-    pub fn is_done(&self, history: &History<Controller>) -> bool {
+    pub fn is_done(&self, history: &History<Wired>) -> bool {
         self.next(history) >= self.pieces.len()
     }
 
     /// The error reply after which it sent nothing more, if that is why it is done.
     #[must_use]
-    pub fn refused(&self, history: &History<Controller>) -> Option<&Refused> {
+    pub fn refused(&self, history: &History<Wired>) -> Option<&Refused> {
         self.last(history)?.refused.as_deref()
     }
 
     /// The line of the file at which it waits or asks, if it does at the present.
-    pub(crate) fn waits_at(&self, history: &History<Controller>) -> Option<u32> {
+    pub(crate) fn waits_at(&self, history: &History<Wired>) -> Option<u32> {
         let line = self.lines.get(self.waits_for(history)?).copied();
         line.filter(|line| *line > 0)
     }
@@ -177,14 +177,14 @@ impl Feed {
     }
 
     /// Whether it sends as soon as there is room, and not only when the controller rests.
-    pub(crate) fn streams(&self, history: &History<Controller>) -> bool {
+    pub(crate) fn streams(&self, history: &History<Wired>) -> bool {
         !history.device().details().says_when_done() && !self.is_done(history)
     }
 
     /// Does what is due now, and says what that was. What it waited for by now is over: it asks what it
     /// has asked at this moment behind that, or goes on. In the past it does nothing else, and nothing
     /// while an earlier input has not taken effect.
-    pub(crate) fn go_on(&mut self, history: &mut History<Controller>) -> Turn {
+    pub(crate) fn go_on(&mut self, history: &mut History<Wired>) -> Turn {
         let present = history.present();
         if let Some(piece) = self.asks_here(present) {
             self.wait = Some(Wait { place: present, piece, lasts: true });
@@ -252,7 +252,7 @@ impl Feed {
     /// more, if it is so careful.
     pub(crate) fn hear<'o>(
         &mut self,
-        history: &History<Controller>,
+        history: &History<Wired>,
         outputs: impl IntoIterator<Item = &'o Output>,
     ) {
         let all = self.pieces.len();
@@ -278,7 +278,7 @@ impl Feed {
 
     /// What was given at a time on the way to another branch is given here as well: what was sent there
     /// by then is sent.
-    pub(crate) fn copy(&mut self, history: &History<Controller>, from: BranchId, at: Time) {
+    pub(crate) fn copy(&mut self, history: &History<Wired>, from: BranchId, at: Time) {
         let (mut branch, mut at) = (from, at);
         let next = loop {
             let done = self.done.get(&branch).map_or(&[][..], Vec::as_slice);
@@ -296,7 +296,7 @@ impl Feed {
     }
 
     /// The next moment on the way of the present at which it asked the operator.
-    pub(crate) fn asked_ahead(&self, history: &History<Controller>) -> Option<Place> {
+    pub(crate) fn asked_ahead(&self, history: &History<Wired>) -> Option<Place> {
         if self.asked.is_empty() {
             return None;
         }
@@ -322,7 +322,7 @@ impl Feed {
     }
 
     /// The last moment on the way to the present at which it asked, and the piece that did.
-    pub(crate) fn asked_behind(&self, history: &History<Controller>) -> Option<(Place, usize)> {
+    pub(crate) fn asked_behind(&self, history: &History<Wired>) -> Option<(Place, usize)> {
         let present = history.present();
         let mut place = present;
         loop {
@@ -361,7 +361,7 @@ impl Feed {
     }
 
     /// Whether it asks at the present, or has asked there and was answered.
-    pub(crate) fn has_come_to_ask(&self, history: &History<Controller>) -> bool {
+    pub(crate) fn has_come_to_ask(&self, history: &History<Wired>) -> bool {
         self.wait.is_some_and(|wait| wait.place == history.present())
     }
 
@@ -396,7 +396,7 @@ impl Feed {
 
     /// Something was done by hand at a place, perhaps on a branch that begins there: what it had not come
     /// to ask there by then it asks after that.
-    pub(crate) fn is_given(&mut self, history: &History<Controller>, from: Place) {
+    pub(crate) fn is_given(&mut self, history: &History<Wired>, from: Place) {
         let Some(next) = self.asks_here(from) else { return };
         if history.present() == from
             && let Some(asked) = self.asked.get_mut(&from.branch)
@@ -406,7 +406,7 @@ impl Feed {
         self.keep(history, true, next);
     }
 
-    fn keep(&mut self, history: &History<Controller>, is_over: bool, next: usize) {
+    fn keep(&mut self, history: &History<Wired>, is_over: bool, next: usize) {
         let present = history.present();
         let done = self.done.entry(present.branch).or_default();
         let at = present.moment;
@@ -417,12 +417,12 @@ impl Feed {
     }
 
     /// The number of the piece that comes next at the present.
-    fn next(&self, history: &History<Controller>) -> usize {
+    fn next(&self, history: &History<Wired>) -> usize {
         self.last(history).map_or(0, |last| last.next)
     }
 
     /// What it has done last on the way to the present.
-    fn last(&self, history: &History<Controller>) -> Option<&Done> {
+    fn last(&self, history: &History<Wired>) -> Option<&Done> {
         let mut place = history.present();
         loop {
             let done = self.done.get(&place.branch).map_or(&[][..], Vec::as_slice);

@@ -36,7 +36,7 @@ mod why;
 pub use answer::{Answer, Watched, Where};
 pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
 pub use complete::{Candidate, Completion};
-pub use debugger::{Bookmark, Debugger, Options, uninterrupted};
+pub use debugger::{Bookmark, Debugger, Options, Wired, uninterrupted};
 pub use error::DebugError;
 pub use execute::script;
 pub use expression::Expression;

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
+use crate::Wired;
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::feed::{Standing, Turn};
@@ -337,7 +337,7 @@ impl Debugger {
             if found != Found::Nowhere {
                 return Ok(self.back_unless_here(found, begin));
             }
-            let mut future = History::new(self.device().clone());
+            let mut future = History::new(self.line().clone());
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
             if found == Found::Here {
@@ -479,7 +479,7 @@ impl Debugger {
         }
         if found == Found::Nowhere && !self.stays {
             // It may be still to come.
-            let mut future = History::new(self.device().clone());
+            let mut future = History::new(self.line().clone());
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut begins, progress);
             if found == Found::Here {
@@ -529,7 +529,7 @@ impl Debugger {
     /// From the end of the way on, lets the host do what it has not done yet, up to where `sought` is.
     fn host_goes_on_to(
         &mut self,
-        sought: impl Sought<Controller>,
+        sought: impl Sought<Wired>,
         progress: &mut Progress<'_>,
     ) -> Found {
         let is_done =
@@ -882,14 +882,14 @@ fn leaves_the_buffer() -> Breakpoint {
 }
 
 /// How far the way of the present is known.
-pub(crate) fn end_of(history: &History<Controller>) -> Time {
+pub(crate) fn end_of(history: &History<Wired>) -> Time {
     let heading = history.heading();
     let branch = history.branches().find(|branch| branch.id == heading);
     branch.map_or(Time::NEVER, |branch| branch.end.at)
 }
 
 /// Whether the present is beyond a place at the same instant.
-fn is_beyond(history: &History<Controller>, place: Option<Place>) -> bool {
+fn is_beyond(history: &History<Wired>, place: Option<Place>) -> bool {
     let here = history.present();
     place.is_some_and(|place| here.branch == place.branch && here.moment > place.moment)
 }
@@ -912,12 +912,12 @@ fn ids(walk: &Walk<'_>, now: Time) -> Vec<BreakpointId> {
 /// The moment at which the command of a number begins.
 struct CommandBegins(CommandNumber);
 
-impl Sought<Controller> for CommandBegins {
+impl Sought<Wired> for CommandBegins {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         stretch.can_have_command(self.0)
     }
 
-    fn after(&mut self, _: &Controller, _: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, _: &Wired, _: Act, outputs: &VecDeque<Output>) -> bool {
         outputs.iter().any(|output| match output {
             Output::Event(stamp, Event::Command { .. }) => stamp.command == Some(self.0),
             _ => false,

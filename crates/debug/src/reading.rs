@@ -1,10 +1,10 @@
 //! Reading a recording piece by piece.
 
-use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Event, Input, Output, Time, escape};
 use vimc4_timeline::{BranchId, History, Place, Progress};
 
 use crate::Source;
+use crate::Wired;
 use crate::debugger::{Bookmark, Debugger, uninterrupted};
 use crate::reel::{Read, Recorded, Reel, Unread};
 use crate::stop::Reason;
@@ -213,7 +213,7 @@ struct Reading {
 
 impl Reading {
     /// Brings the end of a history on to what was recorded.
-    fn take(&mut self, history: &mut History<Controller>, at: Time, recorded: Recorded) {
+    fn take(&mut self, history: &mut History<Wired>, at: Time, recorded: Recorded) {
         history.run_to(at);
         match recorded {
             Recorded::Given(input) => {

@@ -8,7 +8,7 @@
 use std::fmt;
 
 use vimc4_catalogue::State;
-use vimc4_device::{CommandNumber, OwnedInput, Time};
+use vimc4_device::{CommandNumber, LineState, OwnedInput, Time};
 use vimc4_timeline::BranchId;
 
 /// A source of recorded entries, one after the other; implemented by the code that has the file.
@@ -37,7 +37,7 @@ pub enum Recorded {
     /// An input was given.
     Given(OwnedInput),
     /// It was put into a state by the named party.
-    Put(String, Box<State>),
+    Put(String, Box<LineState<State>>),
     /// The moment got a name.
     Mark(String),
     /// Time has passed up to then.

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Stamp};
 use vimc4_timeline::{Act, Found, Place, Progress, Sought, Stretch};
 
+use crate::Wired;
 use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::Executing;
 
@@ -36,12 +36,12 @@ impl<F: FnMut(&Stamp, &Event) -> bool> EventSought<F> {
     }
 }
 
-impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Controller> for EventSought<F> {
+impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Wired> for EventSought<F> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         stretch.can_have(self.kinds)
     }
 
-    fn after(&mut self, _: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, _: &Wired, act: Act, outputs: &VecDeque<Output>) -> bool {
         let mut is_here = false;
         for output in outputs {
             if let Output::Event(stamp, event) = output
@@ -61,12 +61,12 @@ struct LastCommand {
     found: Option<Executing>,
 }
 
-impl Sought<Controller> for LastCommand {
+impl Sought<Wired> for LastCommand {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         stretch.can_meet(&Condition::Command { like: None })
     }
 
-    fn after(&mut self, _: &Controller, _: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, _: &Wired, _: Act, outputs: &VecDeque<Output>) -> bool {
         let found = outputs.iter().rev().find_map(|output| match output {
             Output::Event(stamp, Event::Command { bytes, .. }) => {
                 Some(Executing { number: stamp.command?, line: bytes.to_vec(), began: stamp.at })

@@ -7,6 +7,7 @@ use vimc4_catalogue::{Controller, isel::LoopView};
 use vimc4_device::{Beginnings, Condition, Device, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Sought, Stretch, Which};
 
+use crate::Wired;
 use crate::breakpoint::{Breakpoint, BreakpointId, Note, Trigger};
 use crate::expression::filled;
 use crate::steps::{Axes, first_step, last_step};
@@ -70,16 +71,16 @@ pub(crate) struct Telling<'s, S> {
     pub(crate) problems: &'s mut Problems,
 }
 
-impl<S: Sought<Controller>> Sought<Controller> for Telling<'_, S> {
+impl<S: Sought<Wired>> Sought<Wired> for Telling<'_, S> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         self.sought.can_be_in(stretch) || Problems::can_be_in(stretch)
     }
 
-    fn begin(&mut self, device: &Controller) {
+    fn begin(&mut self, device: &Wired) {
         self.sought.begin(device);
     }
 
-    fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+    fn between(&mut self, device: &Wired, until: Time, which: Which) -> Option<Time> {
         self.sought.between(device, until, which)
     }
 
@@ -87,7 +88,7 @@ impl<S: Sought<Controller>> Sought<Controller> for Telling<'_, S> {
         self.sought.looked_until()
     }
 
-    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, device: &Wired, act: Act, outputs: &VecDeque<Output>) -> bool {
         self.problems.saw(outputs);
         self.sought.after(device, act, outputs)
     }
@@ -504,14 +505,15 @@ impl Waiting<'_> {
     }
 }
 
-impl Sought<Controller> for Walk<'_> {
+impl Sought<Wired> for Walk<'_> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         self.step.as_ref().is_some_and(|step| step.can_be_in(stretch))
             || self.waiting.iter().any(|waiting| waiting.can_be_in(stretch))
             || (self.problems.is_some() && Problems::can_be_in(stretch))
     }
 
-    fn begin(&mut self, device: &Controller) {
+    fn begin(&mut self, device: &Wired) {
+        let device = device.device();
         if let Some(step) = &mut self.step {
             step.begin(device);
         }
@@ -520,8 +522,9 @@ impl Sought<Controller> for Walk<'_> {
         }
     }
 
-    fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+    fn between(&mut self, device: &Wired, until: Time, which: Which) -> Option<Time> {
         self.looked_until = None;
+        let device = device.device();
         let stepped = self.step.as_mut().and_then(|step| step.between(device, until, which));
         if self.waiting.is_empty() {
             self.is_step |= stepped.is_some();
@@ -544,10 +547,11 @@ impl Sought<Controller> for Walk<'_> {
         self.looked_until.take()
     }
 
-    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, device: &Wired, act: Act, outputs: &VecDeque<Output>) -> bool {
         if let Some(problems) = &mut self.problems {
             problems.saw(outputs);
         }
+        let device = device.device();
         let is_step = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
         let mut found = is_step;
         for number in 0..self.waiting.len() {
@@ -566,7 +570,7 @@ impl Sought<Controller> for Walk<'_> {
         found
     }
 
-    fn at_the_beginning(&mut self, _: &Controller) -> bool {
+    fn at_the_beginning(&mut self, _: &Wired) -> bool {
         // Stepping back reaches the beginning, but nothing happens there.
         self.is_step |= self.step.is_some();
         self.step.is_some()

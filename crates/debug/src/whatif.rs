@@ -4,13 +4,15 @@ use std::fmt;
 use std::sync::Arc;
 
 use serde_json::Value;
-use vimc4_catalogue::{Controller, Machine, Model, State};
+use vimc4_catalogue::{Machine, Model, State};
 use vimc4_device::{
-    CommandNumber, Device, Event, Kinds, Output, OwnedInput, Stamp, Time, TimedInput, escape,
+    CommandNumber, Device, Event, Kinds, LineState, Output, OwnedInput, Stamp, Time, TimedInput,
+    escape,
 };
 use vimc4_timeline::{BranchId, Found, History, Place, Progress};
 
 use crate::DebugError;
+use crate::Wired;
 use crate::debugger::Debugger;
 use crate::field::differences;
 use crate::stop::time;
@@ -154,7 +156,7 @@ impl Debugger {
         let heading = self.history().heading();
         let inputs = self.inputs_ahead();
         let end = self.end_ahead();
-        let ours = self.device().clone();
+        let ours = self.line().clone();
         let given: &[OwnedInput] = match what {
             WhatIf::Inputs(inputs) => inputs,
             _ => &[],
@@ -279,7 +281,7 @@ impl Debugger {
 
 /// Lets time pass up to `at`, unless that is given up.
 fn run_to(
-    history: &mut History<Controller>,
+    history: &mut History<Wired>,
     at: Time,
     progress: &mut Progress<'_>,
 ) -> Result<(), DebugError> {
@@ -293,7 +295,12 @@ fn run_to(
 }
 
 /// The state with the change.
-fn otherwise(state: &State, mut device: Controller, what: &WhatIf) -> Result<State, DebugError> {
+fn otherwise(
+    whole: &LineState<State>,
+    mut line: Wired,
+    what: &WhatIf,
+) -> Result<LineState<State>, DebugError> {
+    let state = &whole.device;
     let wrong = |error: serde_json::Error| {
         DebugError::new(format!("this controller cannot be so: {error}"))
     };
@@ -341,14 +348,15 @@ fn otherwise(state: &State, mut device: Controller, what: &WhatIf) -> Result<Sta
         }
         WhatIf::Inputs(_) => {}
     }
-    let state: State = serde_json::from_value(tree).map_err(wrong)?;
-    device.restore(state.clone());
+    let mut state = whole.clone();
+    state.device = serde_json::from_value(tree).map_err(wrong)?;
+    line.restore(state.clone());
     Ok(state)
 }
 
 /// The output of a future, piece by piece.
 struct Future<'i> {
-    history: History<Controller>,
+    history: History<Wired>,
     inputs: std::slice::Iter<'i, TimedInput>,
     next: Option<&'i TimedInput>,
     command: Option<(CommandNumber, Vec<u8>)>,
@@ -356,7 +364,7 @@ struct Future<'i> {
 }
 
 impl<'i> Future<'i> {
-    fn new(device: Controller, given: &[OwnedInput], inputs: &'i [TimedInput]) -> Future<'i> {
+    fn new(device: Wired, given: &[OwnedInput], inputs: &'i [TimedInput]) -> Future<'i> {
         let mut history = History::new(device);
         history.watch(Kinds::COMMAND);
         for input in given {
@@ -423,8 +431,8 @@ struct Cancelled;
 /// How far two futures were looked at, and where they part, or else the fields that differ in the end
 /// all the same; `None` if it was cancelled.
 fn first_difference(
-    ours: Controller,
-    theirs: Controller,
+    ours: Wired,
+    theirs: Wired,
     given: &[OwnedInput],
     inputs: &[TimedInput],
     end: Time,
@@ -446,7 +454,7 @@ fn first_difference(
                 break;
             }
         }
-        let differ = |ours: &History<Controller>, theirs: &History<Controller>| {
+        let differ = |ours: &History<Wired>, theirs: &History<Wired>| {
             let now = ours.now().max(theirs.now());
             ours.device().position(ours.now()) != theirs.device().position(theirs.now())
                 && now >= end
@@ -486,8 +494,9 @@ fn apart(
 
 /// The fields in which two states differ, except for the model and the machine, which are what was
 /// changed.
-fn fields_apart(ours: &History<Controller>, theirs: &History<Controller>) -> Vec<Differing> {
-    let mut fields = differences(&ours.device().state(), &theirs.device().state());
+fn fields_apart(ours: &History<Wired>, theirs: &History<Wired>) -> Vec<Differing> {
+    let mut fields =
+        differences(&ours.device().device().state(), &theirs.device().device().state());
     fields.retain(|(path, ..)| {
         !path.starts_with("state.model") && !path.starts_with("state.plant.machine")
     });

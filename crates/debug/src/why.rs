@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use serde_json::Value;
-use vimc4_catalogue::Controller;
 use vimc4_device::{
     CommandNumber, Condition, Device, Event, Input, Kinds, Motion, Names, Output, OwnedInput,
     Stamp, Time, Warning, escape,
 };
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
+use crate::Wired;
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::Debugger;
 use crate::stop::{Executing, Said, time};
@@ -213,12 +213,12 @@ pub(crate) struct Begun {
     was_idle: bool,
 }
 
-impl Sought<Controller> for Begun {
-    fn begin(&mut self, device: &Controller) {
+impl Sought<Wired> for Begun {
+    fn begin(&mut self, device: &Wired) {
         self.was_idle = device.is_idle();
     }
 
-    fn after(&mut self, device: &Controller, act: Act, _: &VecDeque<Output>) -> bool {
+    fn after(&mut self, device: &Wired, act: Act, _: &VecDeque<Output>) -> bool {
         let was_idle = std::mem::replace(&mut self.was_idle, device.is_idle());
         let is_outside = match act {
             Act::Input => true,

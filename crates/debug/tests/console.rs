@@ -278,7 +278,7 @@ fn the_faults_that_the_help_names_are_those_that_work_here() {
         let help = said(&mut moved(), line);
         let named: Vec<&str> =
             help.split('`').skip(1).step_by(2).filter(|told| told.starts_with("fault ")).collect();
-        assert!(named.contains(&"fault jam x"), "{help}");
+        assert!(named.contains(&"fault cut both for 200ms"), "{help}");
         for fault in named {
             run(&mut moved(), &[fault]);
         }
@@ -578,9 +578,8 @@ fn what_can_not_be_meant_is_refused() {
     assert_eq!(said(&mut debugger, "print signals.input 0.3"), "0");
 }
 
-/// The controller itself has the faults of its machine; those of the line are elsewhere.
 #[test]
-fn faults_of_the_machine_work_without_a_line() {
+fn faults_and_rules_are_debugged_with_the_controller() {
     let mut debugger = moved();
     run(&mut debugger, &["goto start", "next x = 400", "fault jam x", "continue", "assert idle"]);
     let axis = |debugger: &Debugger| {
@@ -599,12 +598,27 @@ fn faults_of_the_machine_work_without_a_line() {
     );
     let (position, carriage) = axis(&debugger);
     assert_ne!(position, carriage, "it is jammed all the same");
-    for (line, why) in [
-        ("fault drop to-host", "faults of the machine such as `fault jam x`"),
-        ("fault jam x after x > 5", "lead time to where it is to begin"),
-        ("when x > 5: press stop", "rules are for `serve`"),
-    ] {
-        let error = wrong(&mut debugger, line);
-        assert!(error.to_string().contains(why), "{line}: {error}");
-    }
+
+    // One that waits for something begins there, and so does what a rule does; both go back.
+    let mut debugger = drive::debugger("imc4", "bench");
+    run(&mut debugger, &["fault jam x after x > 300", "rule once when x > 700: press stop"]);
+    run(&mut debugger, &["send @01", "send @0A1000,1000", "continue"]);
+    let (position, carriage) = axis(&debugger);
+    assert!((701..1000).contains(&position), "{position}");
+    run(&mut debugger, &["goto start", "next x = 301"]);
+    assert_eq!(carriage, axis(&debugger).1, "it stands where it was jammed");
+    let acted = |debugger: &mut Debugger| said(debugger, "rules").contains("acted once");
+    assert!(!acted(&mut debugger), "{}", said(&mut debugger, "rules"));
+    run(&mut debugger, &["goto end"]);
+    assert!(acted(&mut debugger), "{}", said(&mut debugger, "rules"));
+    run(&mut debugger, &["reset", "advance 1ms"]);
+    assert_eq!(said(&mut debugger, "faults"), "nothing is wrong");
+    assert_eq!(said(&mut debugger, "rules"), "there are no rules");
+
+    // What a fault of the line swallows has not come out.
+    run(&mut debugger, &["fault drop to-host once", "send @0P", "advance 1s"]);
+    let moment = debugger.place();
+    run(&mut debugger, &["goto start", "goto end"]);
+    assert_eq!(debugger.place(), moment);
+    assert!(said(&mut debugger, "faults").contains("is over, struck once"));
 }

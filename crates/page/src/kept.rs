@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use vimc4_catalogue::{Controller, Details, State};
-use vimc4_debug::Debugger;
+use vimc4_debug::{Debugger, Wired};
 use vimc4_device::{
-    Activity, Device, Fact, Fault, Input, Kinds, Output, Point, Running, Signal, SignalId, Time,
-    View,
+    Activity, Device, Fact, Fault, FaultView, Input, Kinds, LineState, Output, Point, RuleView,
+    Running, Signal, SignalId, Time, View,
 };
 
-/// A controller with its history and a debugger on it, as a device: whatever is done to it is kept.
+/// A controller at its line with its history and a debugger on it, as a device: whatever is done to it is kept.
 #[derive(Debug)]
 pub(crate) struct Kept {
     pub(crate) debugger: Debugger,
@@ -25,12 +25,12 @@ pub(crate) fn kept(controller: Controller) -> Kept {
 
 /// The controller itself.
 pub(crate) fn bare(kept: &Kept) -> &Controller {
-    kept.controller()
+    kept.debugger.device()
 }
 
 impl Kept {
-    fn controller(&self) -> &Controller {
-        self.debugger.device()
+    fn line(&self) -> &Wired {
+        self.debugger.line()
     }
 
     /// What has come out meanwhile.
@@ -52,7 +52,7 @@ impl Kept {
 }
 
 impl Device for Kept {
-    type State = State;
+    type State = LineState<State>;
     type Details = Details;
 
     fn perform(&mut self, at: Time) -> bool {
@@ -80,12 +80,12 @@ impl Device for Kept {
         std::mem::replace(&mut self.wanted, kinds)
     }
 
-    fn state(&self) -> State {
-        self.controller().state()
+    fn state(&self) -> LineState<State> {
+        self.line().state()
     }
 
     /// The past stays: from here on there is another branch.
-    fn restore(&mut self, state: State) {
+    fn restore(&mut self, state: LineState<State>) {
         self.out.clear();
         self.debugger.history_mut().put_back("put back", state);
     }
@@ -99,70 +99,78 @@ impl Device for Kept {
     }
 
     fn view(&self, at: Time) -> View<Details> {
-        self.controller().view(at)
+        self.line().view(at)
     }
 
     fn activity(&self) -> Activity {
-        self.controller().activity()
+        self.line().activity()
     }
 
     fn details(&self) -> Details {
-        self.controller().details()
+        self.line().details()
     }
 
     fn position(&self, at: Time) -> Point {
-        self.controller().position(at)
+        self.line().position(at)
     }
 
     fn reach(&self) -> (Point, Point) {
-        self.controller().reach()
+        self.line().reach()
     }
 
     fn running(&self) -> Option<Running<'_>> {
-        self.controller().running()
+        self.line().running()
     }
 
     fn signals(&self) -> Vec<Signal> {
-        self.controller().signals()
+        self.line().signals()
     }
 
     fn baud(&self) -> u32 {
-        self.controller().baud()
+        self.line().baud()
     }
 
     fn room(&self, handshake: bool) -> usize {
-        self.controller().room(handshake)
+        self.line().room(handshake)
     }
 
     fn flash_image(&self) -> Vec<u8> {
-        self.controller().flash_image()
+        self.line().flash_image()
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        self.controller().explain(command)
+        self.line().explain(command)
     }
 
     fn is_urgent(&self, byte: u8) -> bool {
-        self.controller().is_urgent(byte)
+        self.line().is_urgent(byte)
     }
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
-        self.controller().why_without_effect(signal, value)
+        self.line().why_without_effect(signal, value)
     }
 
     fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
-        self.controller().why_in_vain(fault)
+        self.line().why_in_vain(fault)
+    }
+
+    fn faults(&self) -> Vec<FaultView> {
+        self.line().faults()
+    }
+
+    fn rules(&self) -> Vec<RuleView> {
+        self.line().rules()
     }
 
     fn is_idle(&self) -> bool {
-        self.controller().is_idle()
+        self.line().is_idle()
     }
 
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
-        self.controller().first_time(fact, from)
+        self.line().first_time(fact, from)
     }
 
     fn comes_round(&self, from: Time) -> Option<Time> {
-        self.controller().comes_round(from)
+        self.line().comes_round(from)
     }
 }

@@ -27,15 +27,16 @@ use leaves;
 /// A controller remembers nothing.
 pub(crate) mod kept {
     use vimc4_catalogue::Controller;
+    use vimc4_device::Line;
 
-    pub(crate) type Kept = Controller;
+    pub(crate) type Kept = Line<Controller>;
 
     pub(crate) fn kept(controller: Controller) -> Kept {
-        controller
+        Line::ideal(controller)
     }
 
     pub(crate) fn bare(kept: &Kept) -> &Controller {
-        kept
+        kept.device()
     }
 }
 
@@ -64,7 +65,7 @@ pub(crate) mod recorder {
     use serde_json::Value;
     use vimc4_catalogue::{Machine, Model};
     use vimc4_control::{Clock, Report};
-    use vimc4_device::{Line, Names};
+    use vimc4_device::Names;
 
     use crate::kept::Kept;
 
@@ -79,7 +80,7 @@ pub(crate) mod recorder {
         pub(crate) fn report(&mut self, _: &Report) {}
     }
 
-    pub(crate) fn written(_: &Line<Kept>) -> Value {
+    pub(crate) fn written(_: &Kept) -> Value {
         Value::Null
     }
 }

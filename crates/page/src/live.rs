@@ -40,7 +40,7 @@ pub(crate) struct Live {
     pub(crate) model: Model,
     pub(crate) machine: Arc<Machine>,
     pub(crate) names: Names,
-    pub(crate) line: Line<Kept>,
+    pub(crate) line: Kept,
     pub(crate) feed: Arc<Feed>,
     pub(crate) breakpoints: Breakpoints,
     /// What left on the line, and when.
@@ -65,7 +65,7 @@ impl Live {
         controller: Controller,
         clock: Clock,
     ) -> Live {
-        let mut line = Line::ideal(kept(controller));
+        let mut line = kept(controller);
         line.watch(Kinds::ALL);
         let names = model.names(line.signals()).with_scales(machine.scales());
         let feed = Feed::new(Arc::new(|| {}));
@@ -98,7 +98,7 @@ impl Live {
     }
 
     pub(crate) fn controller(&self) -> &Controller {
-        bare(self.line.device())
+        bare(&self.line)
     }
 
     // --- what is told ---

@@ -72,7 +72,7 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
                 live.restore(0, &Source::Controls(by.clone()), state);
             }
             What::Mark(name) => {
-                live.line.device_mut().debugger.mark(name.as_str());
+                live.line.debugger.mark(name.as_str());
             }
             What::Sent(_) | What::End(_) if entry.at > live.now() => {
                 live.replay(entry.at, OwnedInput::Wake, &Source::Controls("".into()));

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use vimc4_catalogue::{Machine, Model};
 use vimc4_control::{Clock, News, Report, What as Told};
-use vimc4_device::{Device, Line, Names, OwnedInput, Time};
+use vimc4_device::{Device, Names, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
 use crate::kept::Kept;
@@ -12,7 +12,7 @@ use crate::kept::Kept;
 const MOST: usize = 64 * 1024 * 1024;
 
 /// A state as it is recorded. It can always be written.
-pub(crate) fn written(line: &Line<Kept>) -> Value {
+pub(crate) fn written(line: &Kept) -> Value {
     serde_json::to_value(line.state()).unwrap_or_default()
 }
 

@@ -18,7 +18,7 @@ const PATIENCE: u32 = 20_000;
 
 impl Served {
     pub(crate) fn debugger(&mut self) -> &mut Debugger {
-        &mut self.live.line.device_mut().debugger
+        &mut self.live.line.debugger
     }
 
     /// Opens the debugger, if it is not open.
@@ -193,7 +193,7 @@ impl Served {
             return "the controller is here already".to_owned();
         }
         let Served { live: Live { line, .. }, lived, .. } = self;
-        let history = line.device_mut().debugger.history_mut();
+        let history = line.debugger.history_mut();
         if history.is_at_end() {
             // What was just given takes effect now.
             let now = history.now();

@@ -8,8 +8,7 @@ use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
-use vimc4_catalogue::Controller;
-use vimc4_debug::uninterrupted;
+use vimc4_debug::{Wired, uninterrupted};
 use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
@@ -19,7 +18,7 @@ use crate::live::{Live, state};
 /// Opens it on a controller.
 pub(super) fn open(control: &Control, memory: &Memory) -> Result<Reined, String> {
     let cancel = Cancel::default();
-    let past = |controller: &Controller| remembered(controller.clone(), &memory.past()?);
+    let past = |line: &Wired| remembered(line.clone(), &memory.past()?);
     let session = Session::beside(control, "the API", cancel.clone(), past);
     let session = session.map_err(|Wrong(why)| why)?;
     let stays_paused = session.live.as_ref().map(Live::stays_paused).unwrap_or_default();
@@ -44,9 +43,9 @@ impl Reins for Outside {
 }
 
 /// The history of a controller from its past.
-fn remembered(mut controller: Controller, past: &Past) -> Option<History<Controller>> {
-    controller.restore(state(&past.state)?);
-    let mut history = History::new(controller);
+fn remembered(mut line: Wired, past: &Past) -> Option<History<Wired>> {
+    line.restore(state(&past.state)?);
+    let mut history = History::new(line);
     // So that each part of it knows what can be found there.
     history.watch(Kinds::ALL);
     for Report { at, what, .. } in &past.since {
@@ -74,7 +73,7 @@ struct Console {
 }
 
 impl Console {
-    fn history_mut(&mut self) -> &mut History<Controller> {
+    fn history_mut(&mut self) -> &mut History<Wired> {
         self.session.debugger.history_mut()
     }
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use vimc4_catalogue::isel::ProgramStatus;
 use vimc4_catalogue::{Controller, Details, Machine};
-use vimc4_debug::{Debugger, Listing};
+use vimc4_debug::{Debugger, Listing, Wired};
 use vimc4_device::{
     AXES, Device, Event, Motion, Output, Path, Point, Segment, Stamp, Time, View, escape,
 };
@@ -101,18 +101,18 @@ impl Gather {
     }
 }
 
-impl Sought<Controller> for Gather {
+impl Sought<Wired> for Gather {
     fn can_be_in(&self, _: &Stretch) -> bool {
         self.is_behind || !self.has_enough()
     }
 
-    fn begin(&mut self, _: &Controller) {
+    fn begin(&mut self, _: &Wired) {
         if !self.is_behind {
             self.stretches.push(Vec::new());
         }
     }
 
-    fn after(&mut self, device: &Controller, _: Act, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, device: &Wired, _: Act, outputs: &VecDeque<Output>) -> bool {
         let Some(stretch) = self.stretches.last_mut() else { return false };
         for output in outputs {
             let Output::Event(stamp, event) = output else { continue };

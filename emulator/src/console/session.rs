@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use vimc4::Control;
 use vimc4::{Emulator, Report, Reports};
 #[cfg(feature = "api")]
-use vimc4_catalogue::Controller;
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::{
-    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, Wired,
+    uninterrupted,
 };
 use vimc4_device::{Device, Time, View, parse_duration};
 #[cfg(feature = "api")]
@@ -215,7 +215,7 @@ impl Session {
         control: &Control,
         who: &str,
         cancel: Cancel,
-        past: impl FnOnce(&Controller) -> Option<History<Controller>>,
+        past: impl FnOnce(&Wired) -> Option<History<Wired>>,
     ) -> Result<Session, Wrong> {
         let (live, debugger) = Live::with(control, who, None, past)?;
         let session = Session::new(debugger, Arc::clone(control.machine()), cancel);

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4_catalogue::{Controller, Machine, Model, State};
 use vimc4_debug::{Debugger, Recorded, Reel, uninterrupted};
-use vimc4_device::{Device, Names, OwnedInput, Time};
+use vimc4_device::{Device, Line, LineState, Names, OwnedInput, Time};
+use vimc4_timeline::History;
 use vimc4_timeline::recording::{Entry, Given, LineSort, What};
 
 use super::controller::Site;
@@ -73,13 +74,13 @@ pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
         )));
     }
     let controller = Controller::new(&site.model, Arc::clone(&site.machine), b"");
-    let mut controller = controller.map_err(|error| lines.unplayable(1, error))?;
-    let names = Names::of(&controller);
+    let mut line = Line::ideal(controller.map_err(|error| lines.unplayable(1, error))?);
+    let names = Names::of(&line);
     let mut first = lines.next()?;
     // It begins with a state; without one, as a controller that was just switched on.
     while let Some(entry) = first.take_if(|entry| !matches!(entry.what, What::Given { .. })) {
         if let What::State { state, .. } = &entry.what {
-            controller.restore(state_of(&lines, &site, &entry, state)?);
+            line.restore(state_of(&lines, &site, &entry, state)?);
             break;
         }
         first = lines.next()?;
@@ -87,7 +88,7 @@ pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
     let (model, machine) = (site.model.clone(), Arc::clone(&site.machine));
     let (failure, share) = (Rc::new(Cell::new(None)), lines.share().clone());
     let tape = Tape { lines, site, names, first, failure: Rc::clone(&failure) };
-    let mut debugger = Debugger::new(controller).with_reel(Box::new(tape));
+    let mut debugger = Debugger::over(History::new(line)).with_reel(Box::new(tape));
     if commands == Commands::Listed {
         debugger.list_commands(format!("commands of {}", text::name(path)));
     }
@@ -163,8 +164,12 @@ impl Tape {
     }
 }
 
-fn state_of(lines: &Lines, site: &Site, entry: &Entry, state: &Value) -> Result<State, Failure> {
+fn state_of(
+    lines: &Lines,
+    site: &Site,
+    entry: &Entry,
+    state: &Value,
+) -> Result<LineState<State>, Failure> {
     let number = entry.line;
-    let state = site.read(state).map(|line| line.device);
-    state.map_err(|why| lines.unplayable(number, format!("line {number}: {why}")))
+    site.read(state).map_err(|why| lines.unplayable(number, format!("line {number}: {why}")))
 }

@@ -44,7 +44,7 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
         history.go_to_end(heading);
         history.go_back_to(Place { branch, moment: first.first });
     }
-    let mut film = Film::new(&text::name(recording), &model, &machine, history.device());
+    let mut film = Film::new(&text::name(recording), &model, &machine, history.device().device());
     film.went_back(branches.len() - 1);
     while !has_come_to(history.present(), end) && history.find_next(Time::NEVER, |_, _, _| true) {
         if history.present().branch != branch {
@@ -56,13 +56,13 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
             continue;
         }
         for report in history.outputs().iter().filter_map(report) {
-            film.tell(&report, history.device());
+            film.tell(&report, history.device().device());
         }
-        film.see(history.device());
+        film.see(history.device().device());
     }
     // Time may have passed since the last thing that happened.
     history.go_to(end);
-    film.see(history.device());
+    film.see(history.device().device());
     let page = film.page().map_err(Failure::midway)?;
     fs::write(out, page).map_err(|error| unwritable(out, &error))
 }
