@@ -1,5 +1,5 @@
-//! The history of random sessions of both families, with commands, the panel, faults of the machine
-//! and clocks that cut time differently: however a moment is reached, the whole state is the same.
+//! The history of random sessions of both families, with commands, the panel, faults of the machine and the
+//! line, rules, and clocks that cut time differently: however a moment is reached, the whole state is the same.
 //!
 //! `VIMC4_CASES=100000 cargo test --release -p vimc4-tests --test timeline` tries as many sessions.
 
@@ -7,9 +7,11 @@
 
 use std::panic::{catch_unwind, resume_unwind};
 
-use vimc4_catalogue::{Controller, State, bare};
-use vimc4_debug::Unit;
-use vimc4_device::{Device as _, Harness, Input, Kinds, Names, OwnedInput, Time, TimedInput};
+use vimc4_catalogue::{State, bare};
+use vimc4_debug::{Unit, Wired};
+use vimc4_device::{
+    Device as _, Harness, Input, Kinds, Line, LineState, Names, OwnedInput, Time, TimedInput,
+};
 use vimc4_plant::Machine;
 use vimc4_tests::fuzzing::{Chance, back_and_forward};
 use vimc4_tests::mishaps::{Act, Random, Session, any_session};
@@ -24,22 +26,42 @@ const JUMPS: u64 = 3;
 /// How clocks cut time, in ns: as it comes, a short and a long round, and everything at once.
 const CLOCKS: [Option<u64>; 4] = [Some(37_300_000), Some(300_000_000), Some(2_000_000_000), None];
 
-/// A controller, and what comes when.
+/// What goes wrong on the line, and what happens by itself, among what else is done.
+const BESIDES: [&str; 8] = [
+    "fault drop to-host 2 bytes",
+    "fault garble to-controller once after x > 100",
+    "fault delay 30ms to-host for 2s",
+    "fault duplicate to-host once while x < 0",
+    "fault split 1ms to-controller for 900ms",
+    "rule when x > 200: press stop",
+    "rule once when x < -100: fault jam y for 300ms",
+    "rule every 700ms: press stop",
+];
+
+/// A controller at its line, and what comes when.
 struct Told {
-    new: Controller,
+    new: Wired,
     inputs: Vec<TimedInput>,
     end: Time,
 }
 
-fn told(session: &Session) -> Told {
+fn told(session: &Session, chance: &mut Chance) -> Told {
     let model = vimc4_catalogue::model(session.model).expect(session.model);
     let machine = Machine::from_toml(&session.machine).expect("a machine").into();
-    let mut new = bare(&model, &machine, &[]).expect("an empty memory");
+    let mut new = Line::ideal(bare(&model, &machine, &[]).expect("an empty memory"));
     new.watch(Kinds::ALL);
     let names = Names::of(&new);
     let mut at = Time::ZERO;
     let mut inputs = Vec::new();
     for act in &session.acts {
+        if chance.below(25) == 0 {
+            let besides = *chance.pick(&BESIDES);
+            let input = match besides.split_once(' ') {
+                Some(("fault", fault)) => names.read_faulting(fault).map(OwnedInput::Fault).ok(),
+                _ => names.read_ruling(besides).map(OwnedInput::Rule).ok(),
+            };
+            inputs.push(TimedInput { at, input: input.expect(besides) });
+        }
         let input = match act {
             Act::Send(line) => OwnedInput::from(Input::Bytes(line.as_bytes())),
             Act::Fault(text) => OwnedInput::Fault(names.read_faulting(text).expect(text)),
@@ -59,9 +81,9 @@ fn told(session: &Session) -> Told {
 
 impl Told {
     /// Runs to a time from the beginning, without a history. A clock cuts the time.
-    fn run(&self, until: Time, clock: Option<u64>) -> State {
+    fn run(&self, until: Time, clock: Option<u64>) -> LineState<State> {
         let mut harness = Harness::new(self.new.clone());
-        let run_to = |harness: &mut Harness<Controller>, at: Time| {
+        let run_to = |harness: &mut Harness<Wired>, at: Time| {
             while let Some(nanos) = clock
                 && harness.now().after_nanos(nanos) < at
             {
@@ -78,7 +100,7 @@ impl Told {
     }
 
     /// The same session with a history that keeps few states.
-    fn history(&self, chance: &mut Chance) -> History<Controller> {
+    fn history(&self, chance: &mut Chance) -> History<Wired> {
         let limits =
             Limits { spacing: 1 + chance.below(12), snapshots: 2 + chance.below(30) as usize };
         let mut history = History::within(self.new.clone(), limits);
@@ -95,8 +117,8 @@ impl Told {
 /// Holds a session, and says how many steps of each unit were made.
 fn hold(seed: u64) -> Vec<(Unit, usize)> {
     let session = any_session(&mut Random(seed));
-    let told = told(&session);
     let mut chance = Chance::of(&seed.to_le_bytes());
+    let told = told(&session, &mut chance);
     let whole = told.run(told.end, None);
     let clock = *chance.pick(&CLOCKS);
     assert_eq!(told.run(told.end, clock), whole, "{} with {clock:?}", session.model);
@@ -135,7 +157,7 @@ fn hold_half(first: u64, cases: u64) -> Vec<(Unit, usize)> {
 /// Every unit has its share, or it was not tried.
 fn hold_sessions(first: u64) {
     let asked = std::env::var("VIMC4_CASES").ok().and_then(|text| text.parse().ok());
-    let cases = asked.unwrap_or(1_000);
+    let cases = asked.unwrap_or(300);
     let made = hold_half(first, cases);
     let rare = |(_, sum): &(Unit, usize)| (*sum as u64) < cases / 100;
     assert!(!made.iter().any(rare), "{made:?}");

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, bare, machine, model, models};
-use vimc4_debug::{Debugger, Depth, Reason, Stop, Unit, Way, uninterrupted};
-use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, SignalId, Time, TimedInput};
+use vimc4_catalogue::{bare, machine, model, models};
+use vimc4_debug::{Debugger, Depth, Reason, Stop, Unit, Way, Wired, uninterrupted};
+use vimc4_device::{Condition, Device, Input, Kinds, Line, OwnedInput, SignalId, Time, TimedInput};
 use vimc4_timeline::{
     Act, Begins, BranchId, Found, History, Limits, Place, Sought, Stretch, Which,
 };
@@ -43,7 +43,7 @@ pub fn walk(data: &[u8]) {
     let Ok(device) = bare(&model, &machine, &[]) else { return };
     let mut chance = Chance::of(data);
     let limits = Limits { spacing: 1 + chance.below(60), snapshots: 2 + chance.below(20) as usize };
-    let mut history = History::within(device, limits);
+    let mut history = History::within(Line::ideal(device), limits);
     history.watch(Kinds::ALL);
     perform(&mut history, operations, &mut chance);
     let mut debugger = Debugger::over(history);
@@ -59,16 +59,16 @@ pub fn walk(data: &[u8]) {
 /// # Panics
 ///
 /// If something does not hold.
-pub fn back_and_forward(history: History<Controller>, chance: Chance) -> Vec<(Unit, usize)> {
+pub fn back_and_forward(history: History<Wired>, chance: Chance) -> Vec<(Unit, usize)> {
     let mut debugger = Debugger::over(history);
     debugger.stay_within(true);
     Walker { debugger, chance }.by_every_unit()
 }
 
 /// What is done to the controller.
-fn perform(history: &mut History<Controller>, operations: &[u8], chance: &mut Chance) {
+fn perform(history: &mut History<Wired>, operations: &[u8], chance: &mut Chance) {
     let mut acts = 0;
-    let mut run_to = |history: &mut History<Controller>, at: Time| {
+    let mut run_to = |history: &mut History<Wired>, at: Time| {
         let mut count = 0;
         let at = at.min(LATEST);
         while count < ACTS_MAX && history.find_next(at, |_, _, _| true) {
@@ -128,11 +128,11 @@ struct Walker {
 }
 
 /// Where one stands, and what is there.
-type Here = (Place, <Controller as Device>::State);
+type Here = (Place, <Wired as Device>::State);
 
 impl Walker {
     fn here(&self) -> Here {
-        (self.debugger.place(), self.debugger.device().state())
+        (self.debugger.place(), self.debugger.line().state())
     }
 
     fn step(&mut self, unit: Unit, way: Way) -> Stop {
@@ -181,7 +181,7 @@ impl Walker {
             let stop = self.step(unit, Way::Forward);
             assert_eq!(stop.why, Reason::Step(unit), "to {place:?}");
             assert_eq!(self.debugger.place(), place, "a {unit} back and forward");
-            assert_eq!(self.debugger.device().state(), state, "a {unit} to {place:?}");
+            assert_eq!(self.debugger.line().state(), state, "a {unit} to {place:?}");
         }
         made
     }
