@@ -937,7 +937,8 @@ fn nothing_is_cut_out_of_a_time_that_was_not_recorded() {
     let (code, _, errors) = run(folder.path(), &cut);
     assert_eq!(code, 0, "{errors}");
     assert!(
-        errors.contains("short.jsonl ends at ") && errors.contains("so does the part"),
+        errors.contains("short.jsonl goes no further than ")
+            && errors.contains("the part ends with it"),
         "{errors}"
     );
     let part = read(&folder.path().join("part.jsonl"));
@@ -947,7 +948,7 @@ fn nothing_is_cut_out_of_a_time_that_was_not_recorded() {
     let (code, text, errors) = run(folder.path(), &["cut", "short.jsonl", "--from", "1h"]);
     assert_eq!((&*text, code), ("", 2), "{errors}");
     assert!(
-        errors.contains("short.jsonl ends at ") && errors.contains("before --from"),
+        errors.contains("short.jsonl goes no further than ") && errors.contains("before --from"),
         "{errors}"
     );
 }
@@ -1049,6 +1050,17 @@ fn pictures_and_waveforms_show_what_was_lived_after_going_back_too() {
     }
     let last = rows.iter().rfind(|row| row.contains(",x.position,")).unwrap();
     assert!(last.ends_with(",x.position,-300") && last.starts_with("3.3"), "{last}");
+    // A part across it has all of it, and plays by itself.
+    let cut = ["cut", "back.jsonl", "--from", "1.2s", "--to", "5s", "--out", "part.jsonl"];
+    let (code, _, errors) = run(folder.path(), &cut);
+    assert_eq!(code, 0, "{errors}");
+    assert!(errors.contains("goes no further than 3.000000000 s; the part ends"), "{errors}");
+    let (code, said, errors) = run(folder.path(), &["replay", "part.jsonl"]);
+    assert_eq!(code, 0, "{said}{errors}");
+    assert!(said.starts_with("equal: 3 inputs and 2 bytes up to 2.000000000 s"), "{said}");
+    let (code, _, errors) = run(folder.path(), &["cut", "part.jsonl", "--to", "1s"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("part.jsonl begins at 1.199999999 s, which is after --to"), "{errors}");
     // 80 steps a millimetre.
     let picture = read("back.svg");
     assert!(picture.contains("<title>put back at 3.000 s, X 0.000 mm"), "{picture}");

@@ -204,6 +204,140 @@ fn a_part_plays_by_itself_wherever_it_is_cut() {
     }
 }
 
+/// How a cart is after these lines, at a time.
+fn cart_at(at: u64, lines: &[(u64, &'static str)]) -> Cart {
+    let mut player = Player::new(Cart::default());
+    for (at, text) in lines {
+        player.play(&sent(*at, text), &read).unwrap();
+    }
+    player.run_to(ms(at));
+    player.device().clone()
+}
+
+/// Somebody puts a cart into the state of another one.
+fn put(at: u64, device: &Cart) -> Entry {
+    let state = serde_json::to_value(device.state()).unwrap();
+    Entry::new(ms(at), What::State { by: Some(Arc::from("a test")), state })
+}
+
+fn stands(at: u64, causes: Option<u32>) -> Entry {
+    Entry::new(ms(at), What::Stands(causes))
+}
+
+/// A cart that is led back twice and then far forward: from 60 ms to 20 ms, where it stands for a
+/// while, from 50 ms to 10 ms, and from 90 ms to 150 ms.
+fn back_and_forth() -> Recording {
+    let begun = [(2, "m40\r")];
+    let (far, near) = (cart_at(20, &begun), cart_at(10, &begun));
+    let later = cart_at(150, &[(2, "m40\r"), (140, "m30\rp")]);
+    let entries = recording([
+        sent(2, "m40\r"),
+        sent(45, "p\r"),
+        sent(55, "m9\r"),
+        stands(60, Some(0)),
+        put(60, &far),
+        stands(20, Some(0)),
+        stop(20, 1),
+        stands(20, None),
+        stop(20, 0),
+        stands(30, Some(1)),
+        sent(30, "p\rm30\r"),
+        stands(40, Some(1)),
+        stands(40, None),
+        Entry::new(ms(40), What::Goes),
+        put(50, &near),
+        stop(15, 1),
+        sent(70, "p\rp"),
+        Entry::new(ms(80), What::Mark("here".to_owned())),
+        put(90, &later),
+        stop(155, 1),
+        sent(160, "\rp\r"),
+        Entry::new(ms(200), What::End("the end".to_owned())),
+    ]);
+    rerecord(&entries, Player::new(Cart::default()), &read).unwrap()
+}
+
+/// What went in, and where somebody went back.
+fn acts(recording: &Recording) -> Vec<(Time, What)> {
+    let is_act =
+        |entry: &&Entry| matches!(entry.what, What::Given { .. } | What::State { by: Some(_), .. });
+    recording.entries.iter().filter(is_act).map(|entry| (entry.at, entry.what.clone())).collect()
+}
+
+#[test]
+fn a_part_across_a_going_back_has_all_of_it_and_plays_by_itself() {
+    let whole = back_and_forth();
+    assert_eq!(checked(&whole), None, "{}", String::from_utf8_lossy(&whole.write()));
+    let part = |from, to| {
+        let part = cut(&whole, Player::new(Cart::default()), ms(from), ms(to), &read).unwrap();
+        let text = part.write();
+        let found = checked(&part);
+        assert_eq!(found, None, "{from} to {to}: {}", String::from_utf8_lossy(&text));
+        assert_eq!(Recording::read(&text).map(|read| read.write()), Ok(text), "{from} to {to}");
+        // Nothing is missing in the middle of it.
+        let (all, acts) = (acts(&whole), acts(&part));
+        assert!(
+            acts.is_empty() || all.windows(acts.len()).any(|some| some == acts),
+            "{from} to {to}: {acts:?}"
+        );
+        acts
+    };
+    for from in 0..210 {
+        for to in [from, from + 1, from + 30, 500] {
+            part(from, to);
+        }
+    }
+    // Time is at 50 ms the first time before anybody has gone back.
+    assert_eq!(part(50, 58), acts(&whole)[2..3]);
+    // It goes past 65 ms only after both.
+    assert_eq!(part(50, 65), acts(&whole)[2..9]);
+    assert_eq!(part(65, 69), []);
+    // It has never been at 120 ms: there is only what is before it, or what comes after it.
+    assert_eq!(part(80, 120), []);
+    assert_eq!(part(120, 500), acts(&whole)[11..]);
+    assert_eq!(part(0, 500), acts(&whole));
+
+    // A part of a part begins where that begins.
+    let later = cut(&whole, Player::new(Cart::default()), ms(50), ms(500), &read).unwrap();
+    let again = cut(&later, Player::new(Cart::default()), ms(0), ms(500), &read).unwrap();
+    assert_eq!(acts(&again), acts(&later));
+    assert_eq!(checked(&again), None);
+}
+
+#[test]
+fn what_is_left_of_going_back_is_in_order() {
+    let begun = [(2, "m40\r")];
+    // A line comes in two pieces, with something else between them.
+    let entries = recording([
+        sent(2, "m40\r"),
+        sent(55, "p\r"),
+        put(60, &cart_at(20, &begun)),
+        sent(21, "p"),
+        stop(22, 1),
+        stop(23, 0),
+        sent(24, "\rp\r"),
+        sent(28, "m3\r"),
+        sent(35, "p\r"),
+        Entry::new(ms(50), What::End("the end".to_owned())),
+    ]);
+    let player = || Player::new(Cart::default());
+    let whole = rerecord(&entries, player(), &read).unwrap();
+    assert_eq!(checked(&whole), None);
+    for wanted in ["40", "20", "23"] {
+        let short = minimise(&whole, b"\r", |short| {
+            assert!(Recording::read(&short.write()).is_ok());
+            let played = rerecord(short, player(), &read).unwrap();
+            played.entries.iter().any(|entry| {
+                matches!(&entry.what, What::Sent(bytes) if bytes.ends_with(wanted.as_bytes()))
+            })
+        });
+        let short = rerecord(&short, player(), &read).unwrap();
+        assert!(Recording::read(&short.write()).is_ok(), "{wanted}");
+        assert_eq!(checked(&short), None, "{wanted}");
+        assert!(acts(&short).len() < acts(&whole).len(), "{wanted}");
+    }
+}
+
 #[test]
 fn what_is_left_is_what_is_needed() {
     let mut entries: Vec<Entry> = (0..40).map(|time| sent(time, "p\r")).collect();

@@ -22,6 +22,9 @@ Examples:
 
 What comes out plays by itself: it begins with the state that the controller was in then.
 
+Where somebody went back in time, time comes to the same moment more than once. The part then begins where it
+first comes to --from, and ends where it next goes past --to: every going back in between is in it.
+
 Exit codes: 0 written, 1 the recording is wrong, 2 wrong usage.")]
 pub(crate) struct CutArguments {
     /// The recording; `-` is standard input
@@ -78,18 +81,29 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
     }
     // What happened later was not recorded. News can be ahead of it.
     let entries = recording.entries.iter().filter(|entry| !matches!(entry.what, What::News(_)));
-    let end = entries.map(|entry| entry.at).max().unwrap_or(Time::ZERO);
+    let times = || entries.clone().map(|entry| entry.at);
+    let begin = times().next().unwrap_or(Time::ZERO);
+    let end = times().max().unwrap_or(Time::ZERO);
     let name = text::name(&arguments.file);
     if from > end {
         return Err(Failure::usage(format!(
-            "{name} ends at {}, before --from; name an earlier time",
+            "{name} goes no further than {}, which is before --from; name an earlier time",
             seconds(end)
         )));
     }
-    if to > end && arguments.to.is_some() {
-        let _ = writeln!(io::stderr(), "{name} ends at {}, and so does the part", seconds(end));
+    if to < begin {
+        return Err(Failure::usage(format!(
+            "{name} begins at {}, which is after --to; name a later time",
+            seconds(begin)
+        )));
     }
-    let to = to.min(end);
+    if to > end && arguments.to.is_some() {
+        let _ = writeln!(
+            io::stderr(),
+            "{name} goes no further than {}; the part ends with it",
+            seconds(end)
+        );
+    }
     let read = |written: &_| site.read(written);
     let cut = recording::cut(&recording, site.player()?, from, to, &read).map_err(unplayable)?;
     file::write(&cut, arguments.out.as_deref())
