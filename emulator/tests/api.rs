@@ -463,6 +463,62 @@ fn what_is_wrong_is_quoted_whole() -> Outcome {
     Ok(())
 }
 
+/// What a problem names as its remedy is there, and helps.
+fn remedies_can_be_followed() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "real", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+    let refused = |path: &str, body: Value| {
+        let (status, said) = ask("POST", path, body);
+        let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
+        (status, text("detail"), text("remedy"))
+    };
+    let line = |line: &str| json!({ "line": line });
+    ask("POST", "/line", json!({ "send": "@01\r" }));
+    ask("POST", "/clock/run-until", json!({ "condition": "idle" }));
+
+    // What is in the way is said at once, and not one thing after the other.
+    let moves = |(status, detail, remedy): (u16, String, String)| {
+        assert_eq!((status, detail.as_str()), (409, "time moves by itself with this clock"));
+        assert!(remedy.contains("`step 250ms` to the debugger"), "{remedy}");
+    };
+    moves(refused("/clock/advance", json!({ "span": "5s" })));
+    assert_eq!(ask("POST", "/clock/pause", Value::Null).0, 200);
+    moves(refused("/clock/advance", json!({ "span": "5s" })));
+    let now = || ask("GET", "/clock", Value::Null).1["now"].as_u64();
+    let before = now().ok_or("no time")?;
+    assert_eq!(ask("POST", "/debugger", line("step 250ms")).0, 200);
+    assert_eq!(now(), Some(before + 250_000_000));
+    assert_eq!(ask("POST", "/clock/resume", Value::Null).0, 200);
+    assert_eq!(ask("DELETE", "/debugger", Value::Null).0, 200);
+    let (status, detail, _) = refused("/clock/resume", Value::Null);
+    assert_eq!((status, detail.as_str()), (409, "time is not paused"));
+    let (_, _, remedy) = refused("/clock/advance", json!({ "span": "10000000h" }));
+    assert!(remedy.contains("5124095h"), "{remedy}");
+    let (status, _, _) = refused("/clock/advance", json!({ "span": "5124095h" }));
+    assert_eq!(status, 409, "it is not too long");
+
+    // What is not there is listed by what is named.
+    for (path, body, remedy) in [
+        ("/debugger", line("delete 1"), "`breakpoints` lists"),
+        ("/debugger", line("goto n"), "`marks` and `branches` list"),
+        ("/debugger", line("goto command 99"), "`list commands` shows"),
+        ("/debugger", line("continue soon"), "a span of time is such as"),
+        ("/history/go", json!({ "command": 999_999 }), "the journal has"),
+        ("/history/do", json!({ "order": "foo" }), "GET the orders, which lists them"),
+        ("/history/do", json!({ "order": "pres stop" }), "GET the orders, which lists them"),
+    ] {
+        let (status, detail, said) = refused(path, body);
+        assert!(status == 422 && said.contains(remedy), "{path}: {detail}; {said}");
+    }
+    for own in ["breakpoints", "marks", "branches", "list commands"] {
+        assert_eq!(ask("POST", "/debugger", line(own)).0, 200, "{own}");
+    }
+    assert_eq!(ask("GET", "/orders", Value::Null).0, 200);
+    assert_eq!(ask("DELETE", "/debugger", Value::Null).0, 200);
+    Ok(())
+}
+
 /// The past is whole: it has the time that has only passed, before a step and before somebody went back.
 fn the_past_has_all_that_was_lived() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -805,6 +861,7 @@ fn main() -> ExitCode {
         trial("those_who_look_are_in_nobodys_way", "", those_who_look_are_in_nobodys_way),
         trial("a_host_gets_what_it_has_not_had", "", a_host_gets_what_it_has_not_had),
         trial("what_is_wrong_is_quoted_whole", "", what_is_wrong_is_quoted_whole),
+        trial("remedies_can_be_followed", "", remedies_can_be_followed),
         trial("a_recording_is_one_page", "", a_recording_is_one_page),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];

@@ -342,6 +342,24 @@ fn a_job_that_asks_the_operator_is_opened_where_it_begins_and_waits_there() {
 }
 
 #[test]
+fn breakpoints_where_a_job_asks_are_counted_logged_and_traced() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.ncp");
+    fs::write(&job, ASKS).unwrap();
+    let out = said(
+        &[job.to_str().unwrap(), "--machine", "mill"],
+        "break line 5\nbreak line 6 log tool {x}\nbreak line 8 hit 2\ncontinue\ncontinue\ncontinue\n\
+         breakpoints\ntrace line 8 log at {x}\nreverse\nbreakpoints\n",
+    );
+    assert_eq!(out.matches("2: tool ").count(), 1, "{out}");
+    let listed: Vec<&str> = out.lines().filter(|line| line.contains(" of the file")).collect();
+    let times = |place: usize| listed[place].split("  ").last().unwrap_or_default();
+    let counted: Vec<&str> = (3..9).map(times).collect();
+    assert_eq!(counted, ["1 time", "1 time", "1 time", "1 time", "1 time", "0 times"], "{out}");
+    assert!(out.contains("0: at ") || out.contains("  at "), "{out}");
+}
+
+#[test]
 fn each_command_of_a_job_is_found_by_its_line_and_the_other_way_round() {
     let out = said(
         &["examples/plate.ncp", "--machine", "mill"],

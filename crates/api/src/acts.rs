@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
-    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
-    Scenario, ScenarioNumber, Time, escape, parse_duration,
+    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, NotADuration,
+    Order, Pause, Scenario, ScenarioNumber, Time, escape, parse_duration,
 };
 use vimc4_answers::fields::{bytes_of, no_such};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
@@ -247,12 +247,23 @@ pub(crate) async fn set_clock(call: Call) -> Outcome {
 pub(crate) async fn advance(call: Call) -> Outcome {
     let text = call.text("span");
     let span = parse_duration(text).map_err(|wrong| {
-        Problem::new(
-            Kind::NotUnderstood,
-            format!("the span `{text}` {wrong}"),
-            "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`",
-        )
+        let remedy = match wrong {
+            NotADuration::TooLong => "send 5124095h at most: no time is longer",
+            _ => {
+                "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`"
+            }
+        };
+        Problem::new(Kind::NotUnderstood, format!("the span `{text}` {wrong}"), remedy)
     })?;
+    // That it is paused, too, is not what is in the way.
+    if call.controller()?.control.clock().await?.rate().is_some() {
+        return Err(Problem::new(
+            Kind::NotNow,
+            "time moves by itself with this clock",
+            "wait, or POST a line such as `step 250ms` to the debugger; `--time manual` starts a \
+             controller whose time is moved",
+        ));
+    }
     Answer::json(&arrived(&call, |control| control.advance(span)).await?.json())
 }
 
@@ -333,7 +344,15 @@ pub(crate) async fn resume(call: Call) -> Outcome {
 
 async fn pause_or_go_on(call: &Call, is_to_pause: bool) -> Outcome {
     let Served { desk, control, .. } = call.controller()?;
-    Answer::json(&json!({ "now": desk.pause(control, is_to_pause).await? }))
+    let now = desk.pause(control, is_to_pause).await.map_err(|error| match error {
+        ControlError::NotPaused => Problem::new(
+            Kind::NotNow,
+            "time is not paused",
+            "there is nothing to resume; POST to clock/pause before it, if time is to stand still",
+        ),
+        error => error.into(),
+    });
+    Answer::json(&json!({ "now": now? }))
 }
 
 pub(crate) async fn step(call: Call) -> Outcome {
@@ -493,9 +512,23 @@ fn sight(call: &Call) -> Sight {
     Sight { branch: number("branch"), at: number("at") }
 }
 
+/// The remedy of what is not an order where orders are typed.
+const HELP: &str = "type help for the list";
+
 /// An order that does something to the controller at once.
 fn deed(call: &Call, text: &str) -> Result<String, Problem> {
-    match Order::read(text, &call.app.names)? {
+    let order = Order::read(text, &call.app.names).map_err(|error| {
+        // To order `help` does nothing here.
+        let text = error.to_string();
+        match text.split_once(HELP) {
+            Some((before, _)) => {
+                let text = format!("{before}GET the orders, which lists them");
+                Problem::said(Kind::NotUnderstood, &text, "")
+            }
+            None => error.into(),
+        }
+    })?;
+    match order {
         Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => Ok(text.to_owned()),
         _ => Err(Problem::new(
             Kind::NotUnderstood,

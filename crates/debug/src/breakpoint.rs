@@ -77,7 +77,15 @@ pub struct Breakpoint {
     /// How often it was hit, with its condition true, on the way to where that was counted last.
     pub count: u64,
     /// Where `count` was counted, if that is known.
-    pub(crate) counted: Option<Place>,
+    pub(crate) counted: Option<Counted>,
+}
+
+/// Where hits were counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Counted {
+    pub(crate) place: Place,
+    /// How many of the questions of the host at this place belong to it.
+    pub(crate) asked: usize,
 }
 
 impl Breakpoint {

@@ -487,7 +487,7 @@ pub struct Bookmark {
 }
 
 /// Why line 0 is refused.
-pub(crate) const NO_LINE: &str = "there is no line 0: lines are counted from 1";
+pub(crate) const NO_LINE: &str = "there is no line 0; lines are counted from 1";
 
 /// A [`Progress`](vimc4_timeline::Progress) that never cancels.
 pub fn uninterrupted(_: Time) -> ControlFlow<()> {

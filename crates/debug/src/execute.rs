@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use vimc4_device::{
-    CommandNumber, Deed, Device, Faulting, Input, Order, OwnedInput, Ruling, Sort, Time, Verb,
-    escape, faults_in_words, parse_duration, rules_in_words, unescape,
+    CommandNumber, Deed, Device, Faulting, Input, NotADuration, Order, OwnedInput, Ruling, Sort,
+    Time, Verb, escape, faults_in_words, parse_duration, rules_in_words, unescape,
 };
 use vimc4_timeline::Progress;
 
@@ -42,7 +42,7 @@ impl Debugger {
         };
         if directive.arguments.is_empty() && !rest.is_empty() {
             return Err(DebugError::new(format!(
-                "nothing follows `{}`, and here does `{rest}`",
+                "nothing follows `{}`, and here does `{rest}`; leave that out",
                 directive.name
             )));
         }
@@ -96,6 +96,7 @@ impl Debugger {
                 let list = list.map(|breakpoint| (breakpoint.clone(), breakpoint.describe(names)));
                 Ok(Answer::Breakpoints(list.collect()))
             }
+            "delete" | "enable" | "disable" | "unwatch" if rest.is_empty() => Err(missing()),
             "delete" | "enable" | "disable" => self.change_breakpoint(directive.name, rest),
             "trace" if rest.is_empty() => Err(missing()),
             "trace" => self.trace(rest, progress),
@@ -109,7 +110,9 @@ impl Debugger {
             }
             "unwatch" => match self.unwatch(usize::try_from(number(rest)?).unwrap_or(0)) {
                 true => Ok(Answer::Watches(self.watched())),
-                false => Err(DebugError::new(format!("nothing is watched with the number {rest}"))),
+                false => Err(DebugError::new(format!(
+                    "nothing is watched with the number {rest}; `watch` lists what is"
+                ))),
             },
             "list" => self.listed(rest),
             "frames" => Ok(Answer::Frames(self.frames())),
@@ -168,7 +171,9 @@ impl Debugger {
             }
             "unmark" => match self.unmark(rest) {
                 true => Ok(Answer::Done),
-                false => Err(DebugError::new(format!("no moment is called `{rest}`"))),
+                false => Err(DebugError::new(format!(
+                    "no moment is called `{rest}`; `marks` lists those that there are"
+                ))),
             },
             "marks" => {
                 let marks = self.marks().iter().map(|(name, mark)| (name.clone(), mark.place));
@@ -233,6 +238,8 @@ impl Debugger {
                 unit = Some(Unit::Line);
             } else if let Ok(span) = parse_duration(word) {
                 unit = Some(Unit::Time(span));
+            } else if parse_duration(word) == Err(NotADuration::TooLong) {
+                span(word)?;
             } else {
                 let names: Vec<&str> = Unit::NAMED.iter().map(|(name, ..)| *name).collect();
                 return Err(DebugError::new(format!(
@@ -249,8 +256,8 @@ impl Debugger {
     fn goto(&mut self, place: &str, progress: &mut Progress<'_>) -> Result {
         let wrong = || {
             DebugError::new(format!(
-                "`{place}` is not a place: a time such as 1.5s, +10ms or -10ms, `command 12`, `line 7`, \
-                 `start`, `end`, or the name of a bookmark or branch"
+                "`{place}` is not a place; a time such as 1.5s, +10ms or -10ms is one, `command 12`, `line 7`, \
+                 `start`, `end`, and the name of a bookmark or branch: `marks` and `branches` list them"
             ))
         };
         let now = self.now();
@@ -274,7 +281,7 @@ impl Debugger {
                     return Err(DebugError::new(crate::debugger::NO_LINE));
                 }
                 let source = self.source().ok_or_else(|| {
-                    DebugError::new("the commands come from no file: there are no lines to go to")
+                    DebugError::new(format!("{NO_FILE}; `goto command 1` goes to one of them"))
                 })?;
                 let none = || DebugError::new(format!("no command comes from line {line}"));
                 let sent = source.command_at(line);
@@ -328,11 +335,13 @@ impl Debugger {
             || name.starts_with(['+', '-']);
         if is_place {
             return Err(DebugError::new(format!(
-                "`{name}` cannot be a name: `goto {name}` reads it as another place"
+                "`{name}` cannot be a name: `goto {name}` reads it as another place; take another name"
             )));
         }
         if !is_own && (self.marks().contains_key(name) || self.end_of_branch(name).is_some()) {
-            return Err(DebugError::new(format!("another place is called `{name}` already")));
+            return Err(DebugError::new(format!(
+                "another place is called `{name}` already; `marks` and `branches` list the names that are taken"
+            )));
         }
         Ok(())
     }
@@ -400,7 +409,9 @@ impl Debugger {
                 what => self.enable_breakpoint(id, what == "enable"),
             };
             if !is_there {
-                return Err(DebugError::new(format!("there is no breakpoint {id}")));
+                return Err(DebugError::new(format!(
+                    "there is no breakpoint {id}; `breakpoints` lists those that there are"
+                )));
             }
         }
         Ok(Answer::Done)
@@ -413,11 +424,12 @@ impl Debugger {
             self.read_until(|_| false, progress)?;
         }
         options.log.get_or_insert_with(|| "x {x} y {y}".to_owned());
+        let hits = options.hits;
         let mut breakpoint = [crate::Breakpoint {
             id: BreakpointId(0),
             trigger,
             condition: options.condition,
-            hits: options.hits,
+            hits: crate::Hits::All,
             log: options.log,
             is_enabled: true,
             count: 0,
@@ -436,8 +448,15 @@ impl Debugger {
         history.go_back_to(vimc4_timeline::Place { branch, moment });
         let mut walk = Walk::new(Way::Forward).heeding(&mut breakpoint, source.as_ref());
         let found = history.seek_next(end, &mut walk, progress);
-        let notes: Vec<Note> = std::mem::take(&mut walk.notes);
+        let mut notes: Vec<Note> = std::mem::take(&mut walk.notes);
         let more = walk.left_out > 0;
+        history.go_to_end(heading);
+        let [breakpoint] = breakpoint;
+        notes.extend(self.questions_noted(&breakpoint));
+        notes.sort_by_key(|note| note.at);
+        let mut times = 1..;
+        notes.retain(|_| times.next().is_some_and(|time| hits.allow(time)));
+        let history = self.history_mut();
         history.go_back_to(begin);
         history.drain();
         match found {
@@ -475,8 +494,14 @@ impl Debugger {
 
     fn listed(&mut self, of: &str) -> Result {
         let listing = match of {
-            "file" => self.file().ok_or("the commands come from no file")?,
-            "program" => self.marked_program().ok_or("no program is stored")?,
+            "file" => self.file().ok_or_else(|| {
+                DebugError::new(format!("{NO_FILE}; `list commands` shows them as they came"))
+            })?,
+            "program" => self.marked_program().ok_or_else(|| {
+                DebugError::new(
+                    "no program is stored; `list commands` shows what came over the line",
+                )
+            })?,
             "commands" => self.commands(),
             "" => match self.file() {
                 Some(file) => file,
@@ -656,7 +681,7 @@ impl Debugger {
                 Ok(Answer::Candidates(self.complete(&begun, cursor).candidates))
             }
             Some(Order::Erase) => Err(DebugError::new(
-                "what erases the memory is a row of things done at the panel: do them one by one",
+                "what erases the memory is a row of things done at the panel; do them one by one",
             )),
             // Nothing is in transit here when a line is carried out.
             Some(Order::Cancel) | None => Ok(Answer::Done),
@@ -703,6 +728,12 @@ fn unknown(word: &str) -> DebugError {
     })
 }
 
+/// Why no line of a file can be shown or gone to.
+const NO_FILE: &str = "the commands come from no file";
+
+/// The longest span of time that there is: what the nanoseconds of a [`Time`] hold.
+const LONGEST: &str = "5124095h";
+
 fn number(text: &str) -> Result<u64> {
     text.parse().map_err(|_| {
         DebugError::new(match is_number(text) {
@@ -718,8 +749,18 @@ fn is_number(text: &str) -> bool {
     !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())
 }
 
-fn span(text: &str) -> Result<std::time::Duration> {
-    parse_duration(text).map_err(|error| DebugError::new(format!("`{text}` {error}")))
+/// A span of time as a line of the debugger has it.
+///
+/// # Errors
+///
+/// If it is none, or too long.
+pub fn span(text: &str) -> Result<std::time::Duration> {
+    parse_duration(text).map_err(|error| {
+        DebugError::new(match error {
+            NotADuration::TooLong => format!("`{text}` {error}; it can be {LONGEST} at most"),
+            _ => format!("`{text}` {error}; a span of time is such as 10ms or 1.5s"),
+        })
+    })
 }
 
 /// The text before and after the last separate occurrence of a word.

@@ -65,6 +65,16 @@ struct Wait {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Standing(Option<Wait>);
 
+/// A question that the host asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Asked {
+    pub(crate) place: Place,
+    /// Which of those at this place it is, from 0.
+    pub(crate) nth: usize,
+    /// The line of the file, from 1.
+    pub(crate) line: u32,
+}
+
 /// What a host has done when its turn came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Turn {
@@ -352,6 +362,37 @@ impl Feed {
     fn asked_at(&self, place: Place) -> impl DoubleEndedIterator<Item = usize> + '_ {
         let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
         asked.iter().filter(move |(moment, _)| *moment == place.moment).map(|(_, piece)| *piece)
+    }
+
+    /// How many of the questions at a place it has come to.
+    pub(crate) fn has_asked_here(&self, place: Place) -> usize {
+        let ahead = self.asks_here(place);
+        self.asked_at(place).take_while(|piece| Some(*piece) != ahead).count()
+    }
+
+    /// What it asked on the way to the present, in order, up to so many questions at the present itself.
+    pub(crate) fn asked_on_way(&self, history: &History<Wired>, here: usize) -> Vec<Asked> {
+        let branches: Vec<_> = history.branches().collect();
+        let present = history.present();
+        let mut asked = Vec::new();
+        let mut way = Some(present);
+        while let Some(last) = way {
+            let own = self.asked.get(&last.branch).map_or(&[][..], Vec::as_slice);
+            let own = own.iter().take_while(|(moment, _)| *moment <= last.moment);
+            let mut nth = 0;
+            let mut before = None;
+            let own = own.map(|(moment, piece)| {
+                nth = if before == Some(*moment) { nth + 1 } else { 0 };
+                before = Some(*moment);
+                let place = Place { branch: last.branch, moment: *moment };
+                Asked { place, nth, line: self.lines.get(*piece).copied().unwrap_or_default() }
+            });
+            let own: Vec<Asked> = own.filter(|it| it.place != present || it.nth < here).collect();
+            asked.splice(..0, own);
+            let branch = branches.iter().find(|branch| branch.id == last.branch);
+            way = branch.and_then(|branch| branch.parted);
+        }
+        asked
     }
 
     /// Whether somebody has answered what it asked at the present.

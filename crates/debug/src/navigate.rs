@@ -6,9 +6,10 @@ use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
+use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
-use crate::feed::{Standing, Turn};
+use crate::expression::filled;
+use crate::feed::{Asked, Standing, Turn};
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
 use crate::{DebugError, Depth, Feed, Refused, Unit, Way};
@@ -44,6 +45,9 @@ impl Debugger {
         self.find_problems(&mut problems);
         while made < count {
             if self.host_goes_on(way) == Turn::Asks {
+                if heeds && !self.meets_question(way, &mut notes, progress) {
+                    return self.stopped_after(Reason::Cancelled, notes, problems);
+                }
                 made += u64::from(asks_count);
                 if asks_count && made == count {
                     return self.stopped_after(self.rests(), notes, problems);
@@ -53,7 +57,7 @@ impl Debugger {
             if heeds && way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
             }
-            let begin = self.place();
+            let begin = self.counted_here();
             let end = self.end_of_way();
             let feed = self.feed.as_ref();
             let behind = feed.filter(|_| way == Way::Back && asks_count);
@@ -91,6 +95,10 @@ impl Debugger {
             }
             if let Some((place, piece)) = behind {
                 let why = self.asks_again(Some(place), Some(piece));
+                passed.clear();
+                if heeds && !self.meets_question(way, &mut notes, progress) {
+                    return self.stopped_after(Reason::Cancelled, notes, problems);
+                }
                 made += 1;
                 if made == count {
                     return self.stopped_after(why, notes, problems);
@@ -114,6 +122,9 @@ impl Debugger {
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
                     let why = self.asks_again(asked, None);
+                    if heeds && !self.meets_question(way, &mut notes, progress) {
+                        return self.stopped_after(Reason::Cancelled, notes, problems);
+                    }
                     made += 1;
                     if made < count {
                         continue;
@@ -132,6 +143,9 @@ impl Debugger {
                     Ok(true) => continue,
                     Ok(false) => self.nothing_more(end),
                     Err(why @ Reason::Waits(_)) => {
+                        if heeds && !self.meets_question(way, &mut notes, progress) {
+                            return self.stopped_after(Reason::Cancelled, notes, problems);
+                        }
                         made += u64::from(asks_count);
                         if !asks_count || made < count {
                             continue;
@@ -158,12 +172,13 @@ impl Debugger {
         self.find_problems(&mut problems);
         loop {
             if self.host_goes_on(way) == Turn::Asks {
-                return self.stopped_after(self.rests(), notes, problems);
+                let why = self.rests();
+                return self.stopped_at_question(why, way, notes, problems, progress);
             }
             if way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
             }
-            let begin = self.place();
+            let begin = self.counted_here();
             // A host that fills a buffer looks for room whenever a command leaves it.
             let feed = self.feed.as_ref().filter(|_| way == Way::Forward);
             let fills = feed.is_some_and(|feed| feed.streams(&self.history));
@@ -203,7 +218,7 @@ impl Debugger {
             problems.extend(went_wrong);
             if let Some((place, piece)) = behind {
                 let why = self.asks_again(Some(place), Some(piece));
-                return self.stopped_after(why, notes, problems);
+                return self.stopped_at_question(why, way, notes, problems, progress);
             }
             self.host_moves(found);
             if way == Way::Back && found == Found::Here {
@@ -222,8 +237,12 @@ impl Debugger {
                     continue;
                 }
             }
+            let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
-                Found::Here if is_beyond => self.asks_again(asked, None),
+                Found::Here | Found::Nowhere if is_beyond || is_missed => {
+                    let why = self.asks_again(asked, None);
+                    return self.stopped_at_question(why, way, notes, problems, progress);
+                }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
                 Found::Nowhere if way == Way::Back => {
@@ -232,9 +251,11 @@ impl Debugger {
                     self.host_moves(Found::Here);
                     Reason::Beginning
                 }
-                Found::Nowhere if asked.is_some() => self.asks_again(asked, None),
                 Found::Nowhere => match (self.goes_on(end, progress), until) {
                     (Ok(true), _) => continue,
+                    (Err(why @ Reason::Waits(_)), _) => {
+                        return self.stopped_at_question(why, way, notes, problems, progress);
+                    }
                     (Err(why), _) => why,
                     (Ok(false), Some(until)) if until <= known => {
                         self.history.run_to(until);
@@ -421,17 +442,18 @@ impl Debugger {
     }
 
     /// The breakpoints at the line at which the host waits at the present, of those that would stop a walk
-    /// there. Every walk stops at a question anyway, so their hits are not counted.
+    /// there. Every walk stops at a question anyway.
     #[must_use]
     pub fn met_waiting(&self) -> Vec<BreakpointId> {
         let waits = self.feed.as_ref().and_then(|feed| feed.waits_at(&self.history));
         let Some(line) = waits else { return Vec::new() };
-        let (device, now) = (self.device(), self.now());
+        let (device, now, here) = (self.device(), self.now(), self.counted_here());
+        let is_counted = |own: &Breakpoint| own.counted == Some(here);
         let is_met = |own: &&Breakpoint| {
             let holds = own.condition.as_ref().is_none_or(|condition| condition.is_so(device, now));
             own.trigger == Trigger::SourceLine(line)
                 && own.is_enabled
-                && own.hits == Hits::All
+                && (!own.is_limited() || is_counted(own) && own.hits.allow(own.count))
                 && own.log.is_none()
                 && holds
         };
@@ -503,7 +525,7 @@ impl Debugger {
             (Found::GivenUp, ..) => "cancelled".to_owned(),
             (_, Some(waits), _) => format!("before {what}, {waits}"),
             (_, _, Some(refused)) => format!("{what} was not sent here: {refused}"),
-            _ => format!("no command has the number {number} here"),
+            _ => format!("no command has the number {number} here; {NUMBERED}"),
         }))
     }
 
@@ -558,17 +580,20 @@ impl Debugger {
         which: impl Fn(&Breakpoint) -> bool,
         progress: &mut Progress<'_>,
     ) -> bool {
-        let begin = self.place();
+        let (begin, here) = (self.place(), self.counted_here());
         for number in 0..self.breakpoints.len() {
             let own = &self.breakpoints[number];
-            if !which(own) || own.counted == Some(begin) {
+            if !which(own) || own.counted == Some(here) {
                 continue;
             }
-            let known = own.counted.filter(|place| self.is_on_the_way(*place, begin));
+            let known = own.counted.filter(|known| match known.place == begin {
+                true => known.asked <= here.asked,
+                false => self.is_on_the_way(known.place, begin),
+            });
             let count = if known.is_some() { own.count } else { 0 };
             let mut counter =
                 [Breakpoint { hits: Hits::All, log: None, is_enabled: true, count, ..own.clone() }];
-            let from = known.unwrap_or_else(|| self.beginning());
+            let from = known.map_or_else(|| self.beginning(), |known| known.place);
             self.history.go_back_to(from);
             let source = self.source.as_ref();
             let is_counted = loop {
@@ -586,20 +611,111 @@ impl Debugger {
                     Found::GivenUp => break false,
                 }
             };
-            let own = &mut self.breakpoints[number];
-            own.count = counter[0].count;
-            own.counted = Some(if is_counted { begin } else { self.history.present() });
+            let come_to = self.history.present();
             self.history.go_back_to(begin);
             if !is_counted {
+                let asks = !self.questions(&counter[0].trigger).is_empty();
+                let own = &mut self.breakpoints[number];
+                own.count = counter[0].count;
+                own.counted = (!asks).then_some(Counted { place: come_to, asked: 0 });
                 return false;
             }
+            let asked = self.questions_met(&counter[0], known);
+            let own = &mut self.breakpoints[number];
+            (own.count, own.counted) = (counter[0].count + asked, Some(here));
         }
         true
     }
 
+    /// Where the present is, for counting.
+    fn counted_here(&self) -> Counted {
+        let place = self.place();
+        let asked = self.feed.as_ref().map_or(0, |feed| feed.has_asked_here(place));
+        Counted { place, asked }
+    }
+
+    /// What the host asked on the way to the present at the line that a trigger is for.
+    fn questions(&self, trigger: &Trigger) -> Vec<Asked> {
+        let (Some(feed), Trigger::SourceLine(line)) = (&self.feed, trigger) else {
+            return Vec::new();
+        };
+        let mut asked = feed.asked_on_way(&self.history, self.counted_here().asked);
+        asked.retain(|asked| asked.line == *line);
+        asked
+    }
+
+    /// At how many questions a breakpoint was met on the way to the present, behind where that is known.
+    fn questions_met(&mut self, own: &Breakpoint, known: Option<Counted>) -> u64 {
+        let begin = self.place();
+        let mut asked = self.questions(&own.trigger);
+        asked.retain(|asked| {
+            known.is_none_or(|known| match asked.place == known.place {
+                true => asked.nth >= known.asked,
+                false => !self.is_on_the_way(asked.place, known.place),
+            })
+        });
+        if let Some(condition) = &own.condition {
+            asked.retain(|asked| {
+                self.history.go_back_to(asked.place);
+                condition.is_so(self.device(), self.now())
+            });
+            self.history.go_back_to(begin);
+        }
+        asked.len() as u64
+    }
+
+    /// The host asks: the breakpoints at its line are met. On the way forward those that log do so. Says
+    /// whether their hits were counted, where that matters.
+    fn meets_question(
+        &mut self,
+        way: Way,
+        notes: &mut Vec<Note>,
+        progress: &mut Progress<'_>,
+    ) -> bool {
+        let waits = self.feed.as_ref().and_then(|feed| feed.waits_at(&self.history));
+        let Some(trigger) = waits.map(Trigger::SourceLine) else { return true };
+        if !self.count_hits(|own| own.is_limited() && own.trigger == trigger, progress) {
+            return false;
+        }
+        let (device, at) = (self.device(), self.now());
+        let logs = self.breakpoints.iter().filter(|own| {
+            let holds = || own.condition.as_ref().is_none_or(|it| it.is_so(device, at));
+            own.is_enabled
+                && own.trigger == trigger
+                && (!own.is_limited() || own.hits.allow(own.count))
+                && holds()
+        });
+        let logs = logs.filter_map(|own| {
+            let text = filled(own.log.as_ref()?, device, at);
+            Some(Note { by: own.id, at, text })
+        });
+        if way == Way::Forward {
+            notes.extend(logs);
+        }
+        true
+    }
+
+    /// What breakpoints at questions would have logged, on the way to the present.
+    pub(crate) fn questions_noted(&mut self, own: &Breakpoint) -> Vec<Note> {
+        let (begin, standing) = (self.place(), self.standing());
+        self.host_is_found();
+        let mut notes = Vec::new();
+        for asked in self.questions(&own.trigger) {
+            self.history.go_back_to(asked.place);
+            let (device, at) = (self.device(), self.now());
+            let holds = own.condition.as_ref().is_none_or(|it| it.is_so(device, at));
+            if let Some(log) = own.log.as_ref().filter(|_| holds) {
+                notes.push(Note { by: own.id, at, text: filled(log, device, at) });
+            }
+        }
+        self.history.go_back_to(begin);
+        self.stand(standing);
+        notes
+    }
+
     /// A walk forward has counted the hits on its way; `are_right`: those up to the present.
-    fn has_counted(&mut self, begin: Place, are_right: bool) {
-        let here = self.history.present();
+    fn has_counted(&mut self, begin: Counted, are_right: bool) {
+        let here = self.counted_here();
         for own in self.breakpoints.iter_mut().filter(|own| own.is_enabled) {
             let is_known = are_right && own.counted == Some(begin);
             own.counted = is_known.then_some(here);
@@ -615,7 +731,7 @@ impl Debugger {
         passed: &mut BTreeMap<BreakpointId, u64>,
         progress: &mut Progress<'_>,
     ) -> bool {
-        let here = self.place();
+        let here = self.counted_here();
         for id in met.clone() {
             let is_it = |own: &Breakpoint| own.id == id && own.is_limited();
             let Some(number) = self.breakpoints.iter().position(is_it) else { continue };
@@ -834,11 +950,27 @@ impl Debugger {
         self.stopped(Reason::Gone, Vec::new())
     }
 
+    /// The same where the host asks.
+    fn stopped_at_question(
+        &mut self,
+        why: Reason,
+        way: Way,
+        mut notes: Vec<Note>,
+        problems: VecDeque<Output>,
+        progress: &mut Progress<'_>,
+    ) -> Stop {
+        let why = match self.meets_question(way, &mut notes, progress) {
+            true => why,
+            false => Reason::Cancelled,
+        };
+        self.stopped_after(why, notes, problems)
+    }
+
     /// The same, with what went wrong on the way.
     fn stopped_after(
         &mut self,
         why: Reason,
-        notes: Vec<crate::Note>,
+        notes: Vec<Note>,
         mut problems: VecDeque<Output>,
     ) -> Stop {
         let mut stop = self.stopped(why, notes);
@@ -849,7 +981,7 @@ impl Debugger {
         stop
     }
 
-    pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
+    pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<Note>) -> Stop {
         /// How much of the last output is reported.
         const OUTPUTS_MAX: usize = 100;
         if let Some(feed) = &mut self.feed {
@@ -863,6 +995,9 @@ impl Debugger {
         Stop { why, place, at, command, notes, problems, outputs, said }
     }
 }
+
+/// Where the numbers of commands are.
+pub const NUMBERED: &str = "`list commands` shows some with their numbers";
 
 /// A number that no breakpoint has.
 const NOBODYS: BreakpointId = BreakpointId(0);

@@ -319,6 +319,42 @@ fn what_is_wrong_is_said_and_nothing_happens() {
 }
 
 #[test]
+fn what_an_error_names_as_its_remedy_can_be_done() {
+    let mut debugger = moved();
+    for line in [
+        "delete 1",
+        "enable 3",
+        "goto n",
+        "goto command 99",
+        "goto line 3",
+        "list file",
+        "list program",
+        "unwatch 1",
+        "unmark n",
+    ] {
+        let message = wrong(&mut debugger, line).to_string();
+        let (_, remedy) = message.split_once("; ").unwrap_or_else(|| panic!("{line}: {message}"));
+        let named: Vec<&str> = remedy.split('`').skip(1).step_by(2).collect();
+        let lines =
+            named.iter().filter(|named| !["command 12", "line 7", "start", "end"].contains(named));
+        for own in lines.clone() {
+            let done = debugger.execute(own, &mut uninterrupted);
+            assert!(done.is_ok(), "{line}: {message}: {done:?}");
+        }
+        assert!(lines.count() > 0, "{line}: {message}");
+    }
+    for line in ["continue 10000000h", "step 10000000h"] {
+        let message = wrong(&mut debugger, line).to_string();
+        assert!(message.contains("; it can be 5124095h at most"), "{line}: {message}");
+    }
+    assert!(debugger.execute("break at 5124095h", &mut uninterrupted).is_ok());
+    assert!(
+        wrong(&mut debugger, "continue 7").to_string().starts_with("`7` has no unit of time; ")
+    );
+    assert!(wrong(&mut debugger, "delete").to_string().starts_with("how it is typed: delete "));
+}
+
+#[test]
 fn everything_in_the_table_is_carried_out() {
     use vimc4_debug::TABLE;
     let mut names: Vec<&str> = Vec::new();

@@ -5,7 +5,7 @@
 mod drive;
 
 use vimc4_debug::{
-    Debugger, Depth, Feed, Piece, Reason, Source, Trigger, Unit, Way, uninterrupted,
+    Answer, Debugger, Depth, Feed, Piece, Reason, Source, Trigger, Unit, Way, uninterrupted,
 };
 
 use drive::{debugger, run, stop};
@@ -255,4 +255,108 @@ fn an_error_reply_is_why_the_rest_is_not_sent() {
     }
     let said = debugger.execute("goto line 3", &mut uninterrupted).unwrap_err().to_string();
     assert!(said.starts_with("line 3 was not sent here: line 2: @0A1,2 "), "{said}");
+}
+
+/// How often each breakpoint was hit on the way to the present.
+fn counts(debugger: &mut Debugger) -> Vec<u64> {
+    let counted = debugger.execute("breakpoints", &mut uninterrupted).unwrap();
+    let Answer::Breakpoints(list) = counted else { panic!("{counted:?}") };
+    list.iter().map(|(own, _)| own.count).collect()
+}
+
+#[test]
+fn what_the_host_asks_is_counted_at_its_line_wherever_one_comes_from() {
+    let mut debugger = asking();
+    run(
+        &mut debugger,
+        &["break line 3", "break line 4", "break line 7", "break line 8 if x > 100"],
+    );
+    run(&mut debugger, &["break line 4 if x > 100", "break line 6", "goto end"]);
+    // It has come to the first of three questions at one moment.
+    assert_eq!(counts(&mut debugger), [1, 0, 0, 0, 0, 0]);
+    let there = [
+        [1, 1, 0, 0, 0, 0],
+        [1, 1, 0, 0, 0, 0],
+        [1, 1, 0, 0, 0, 1],
+        [1, 1, 1, 0, 0, 1],
+        [1, 1, 1, 1, 0, 1],
+        [1, 1, 1, 1, 0, 1],
+    ];
+    for round in 0..2 {
+        for counted in there {
+            debugger.go(Way::Forward, None, &mut uninterrupted);
+            assert_eq!(counts(&mut debugger), counted, "round {round}");
+        }
+        // Back again, to where it is before everything.
+        for counted in there.iter().rev().skip(1) {
+            debugger.go(Way::Back, None, &mut uninterrupted);
+            assert_eq!(counts(&mut debugger), *counted, "round {round}");
+        }
+        debugger.go(Way::Back, None, &mut uninterrupted);
+        assert_eq!(counts(&mut debugger), [1, 0, 0, 0, 0, 0]);
+    }
+    run(&mut debugger, &["goto start"]);
+    assert_eq!(counts(&mut debugger), [0; 6]);
+    run(&mut debugger, &["goto end"]);
+    assert_eq!(counts(&mut debugger), [1, 1, 1, 1, 0, 1]);
+}
+
+#[test]
+fn breakpoints_at_what_the_host_asks_log_and_heed_which_hit_it_is() {
+    let noted = |stop: &vimc4_debug::Stop| -> Vec<String> {
+        stop.notes.iter().map(|note| format!("{}: {}", note.by, note.text)).collect()
+    };
+    let mut debugger = asking();
+    run(
+        &mut debugger,
+        &[
+            "break line 3 log three {x}",
+            "break line 5 if x > 100 log never",
+            "break line 7 from 1 log seven {x}",
+            "break line 8 hit 2 log never",
+            "break line 8 hit 1",
+            "break line 4 hit 2",
+        ],
+    );
+    for round in 0..2 {
+        let mut all = Vec::new();
+        let mut met = Vec::new();
+        for _ in 0..5 {
+            let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+            assert!(matches!(stop.why, Reason::Waits(_)), "{stop:?}");
+            all.push(noted(&stop));
+            met.push(debugger.met_waiting().iter().map(|id| id.0).collect::<Vec<_>>());
+        }
+        assert_eq!(
+            all,
+            [vec!["1: three 0"], vec![], vec![], vec!["3: seven 500"], vec![]],
+            "round {round}"
+        );
+        assert_eq!(met, [vec![], vec![], vec![], vec![], vec![5]], "round {round}");
+        for _ in 0..2 {
+            // Nothing is noted on the way back.
+            let stop = debugger.go(Way::Back, None, &mut uninterrupted);
+            assert_eq!(noted(&stop), Vec::<String>::new());
+        }
+        run(&mut debugger, &["goto start"]);
+    }
+    // Steps over pass them, too.
+    let stop = debugger.step(Unit::Line, Way::Forward, Depth::Over, 6, &mut uninterrupted);
+    assert_eq!(noted(&stop), ["1: three 0", "3: seven 500"]);
+    // From wherever it is, all of what is known is traced.
+    run(&mut debugger, &["goto end", "goto start"]);
+    for (line, texts) in [
+        ("trace line 7 log at {x}", &["0: at 500"][..]),
+        ("trace line 3 log at {x}", &["0: at 0"]),
+        ("trace line 6 log at {x}", &["0: at 0"]),
+        ("trace line 7 if x > 600", &[]),
+        ("trace line 7 hit 2", &[]),
+    ] {
+        let before = debugger.place();
+        let traced = debugger.execute(line, &mut uninterrupted).unwrap();
+        let Answer::Notes(notes, false) = traced else { panic!("{traced:?}") };
+        let found: Vec<_> = notes.iter().map(|it| format!("{}: {}", it.by, it.text)).collect();
+        assert_eq!(found, texts, "{line}");
+        assert_eq!(debugger.place(), before);
+    }
 }

@@ -14,7 +14,7 @@ use vimc4_debug::{
     Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, Wired,
     uninterrupted,
 };
-use vimc4_device::{Device, Time, View, parse_duration};
+use vimc4_device::{Device, Time, View};
 #[cfg(feature = "api")]
 use vimc4_timeline::History;
 use vimc4_timeline::Progress;
@@ -438,7 +438,7 @@ impl Session {
         if span.is_empty() {
             return Ok(Until::Paused);
         }
-        let span = parse_duration(span).map_err(|error| Wrong(error.to_string()))?;
+        let span = vimc4_debug::span(span).map_err(|error| Wrong(error.to_string()))?;
         Ok(Until::Time(self.debugger.now() + span))
     }
 
