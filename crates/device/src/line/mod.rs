@@ -121,12 +121,6 @@ impl<D: Device> Line<D> {
         &self.device
     }
 
-    /// The device at the end of the line, to be changed behind its back: with what it becomes so, the line
-    /// goes on.
-    pub fn device_mut(&mut self) -> &mut D {
-        &mut self.device
-    }
-
     /// What happens next, and when.
     fn next(&self) -> Option<(Time, Next)> {
         let Wires { to_device, from_device, faults, .. } = &self.wires;
