@@ -68,7 +68,7 @@ const { outputFiles: [service] } = await bundle({
   entryPoints: { service: "playground/service.ts" },
   format: "iife",
   define: {
-    FILES: JSON.stringify(["./", ...Object.keys(files).filter((name) => name !== "index.html")]),
+    FILES: JSON.stringify(Object.entries(files).map(([name, bytes]) => [name === "index.html" ? "./" : name, digest(bytes)])),
     EDITION: JSON.stringify(hash.digest("hex").slice(0, 12)),
   },
 });

@@ -23,6 +23,11 @@ export class Bench {
   /** A recording is open, which is too much for a link. */
   isOpened = false;
   told: Pick<Told, "model" | "machine"> = { model: "imc4", machine: "mill" };
+  /** A file begins to be carried out. */
+  onWork: () => void = () => {};
+  /** So often something else has taken the place of what was there, and the last time that it may yet do so. */
+  private turn = 0;
+  private turning: Promise<unknown> = Promise.resolve();
 
   constructor(
     readonly app: App,
@@ -37,12 +42,35 @@ export class Bench {
     ]);
   }
 
-  /** Another session takes the place of the one that is there. */
-  async begin(told: Told): Promise<void> {
+  /** A file is being carried out. */
+  get isWorking(): boolean {
+    return this.work !== null && !this.work.isOver;
+  }
+
+  /** Puts another controller in the place of the one that is there, for which what was carried out is given up. If that
+      cannot be, nothing has changed. */
+  private async replace<T>(path: string, by: unknown): Promise<T> {
+    const { app, work } = this;
+    // What comes next of a file is not for that other controller.
+    if (work) work.isHeld = true;
+    const asked = app.api.ask<T>("PUT", path, by);
+    this.turning = asked.catch(() => {});
+    try {
+      const answer = await asked;
+      this.turn += 1;
+      work?.giveUp();
+      if (this.work === work) this.work = null;
+      return answer;
+    } finally {
+      if (work) work.isHeld = false;
+    }
+  }
+
+  /** Another session takes the place of the one that is there; returns its turn. */
+  async begin(told: Told): Promise<number> {
     const { app } = this;
-    this.work?.giveUp();
-    this.work = null;
-    const { refused } = await app.api.ask<{ refused: string[] }>("PUT", "/session", told);
+    const { refused } = await this.replace<{ refused: string[] }>("/session", told);
+    const { turn } = this;
     this.told = { model: told.model, machine: told.machine };
     this.isOpened = false;
     if (app.film) app.unplay();
@@ -50,6 +78,7 @@ export class Bench {
     if (refused.length > 0) app.onNotice(`${tell("otherwise")}: ${refused.join("; ")}`, true);
     else if (told.deeds.length > 0) app.onNotice(tell("atMoment"), false, true);
     app.changed();
+    return turn;
   }
 
   async choose(change: Partial<Pick<Told, "model" | "machine">>): Promise<void> {
@@ -61,7 +90,8 @@ export class Bench {
     }
   }
 
-  async open(name: string, file: Blob): Promise<void> {
+  /** Opens a file, for the controller that is there; or for that which was there at a `turn`. */
+  async open(name: string, file: Blob, turn = this.turn): Promise<void> {
     const { app } = this;
     try {
       const { text, isTorn } = await textOf(file);
@@ -74,13 +104,13 @@ export class Bench {
         const page = h("template");
         page.innerHTML = text;
         const film = await read(page.content);
-        if (film) app.play(film);
-        return;
+        if (!film) return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
+        // What was said was said of something else.
+        app.onNoticeOver();
+        return app.play(film);
       }
       if (kind === "recording") {
-        this.work?.giveUp();
-        this.work = null;
-        const { torn, is_whole } = await app.api.ask<{ torn: number | null; is_whole: boolean }>("PUT", "/recording", { text });
+        const { torn, is_whole } = await this.replace<{ torn: number | null; is_whole: boolean }>("/recording", { text });
         this.isOpened = true;
         if (app.film) app.unplay();
         await this.here.meet();
@@ -91,9 +121,15 @@ export class Bench {
         app.unplay();
         await this.here.meet();
       }
-      const { pieces } = await app.api.post<{ pieces: Piece[] }>(`/controllers/${app.machine!.number}/work`, { name, text });
+      const asked = app.api.post<{ pieces: Piece[] }>(`/controllers/${app.machine!.number}/work`, { name, text });
+      await asked.catch(() => {});
+      // It may have waited for the rest of the page, while another controller was chosen.
+      await this.turning;
+      if (turn !== this.turn) return app.onNotice(`${name} ${tell("givenUp")}`, true, true);
+      const { pieces } = await asked;
       this.work?.giveUp();
       this.work = new Work(name, pieces, app);
+      this.onWork();
     } catch (error) {
       if (error instanceof Problem) app.say(error);
       else app.onNotice(`${name}: ${error instanceof Error ? error.message : String(error)}`, true);
@@ -106,10 +142,11 @@ export class Bench {
     try {
       const answer = await fetch(`examples/${name}`);
       const { model, machine } = example;
+      let { turn } = this;
       if (model && (model !== this.told.model || machine !== this.told.machine || this.app.film)) {
-        await this.begin({ model, machine, deeds: [], at: 0 });
+        turn = await this.begin({ model, machine, deeds: [], at: 0 });
       }
-      await this.open(name, await answer.blob());
+      await this.open(name, await answer.blob(), turn);
     } catch (error) {
       this.app.say(error);
     }
@@ -189,7 +226,10 @@ export function benchPart(bench: Bench, more: { tours: [string, string][]; take:
       back.hidden = app.film === undefined;
       share.disabled = app.film !== undefined || bench.isOpened;
       const states = {
-        goes: () => `${work!.name} ${tell("carriesOut")} ${work!.line}${work!.reason ? `: ${work!.reason}` : ""}`,
+        goes: () => {
+          const isPaused = (app.past?.isOpen || app.machine?.clock?.paused) && tell("isPaused");
+          return `${work!.name} ${tell("carriesOut")} ${work!.line}${isPaused || work!.reason ? `: ${isPaused || work!.reason}` : ""}`;
+        },
         asks: () => `${work!.name} ${tell("waits")}: ${work!.reason}`,
         done: () => `${work!.name} ${tell("carriedOut")}`,
         refused: () => `${work!.name} ${tell("stoppedAt")} ${work!.line}: ${work!.reason}`,

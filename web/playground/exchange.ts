@@ -19,9 +19,11 @@ export interface Exchange {
   virtual: Said;
   /** Which values of the profile would make the virtual one answer so. */
   causes: string[];
+  /** The virtual one had something to do besides, of which the real one knows nothing. */
+  isApart: boolean;
 }
 
-export type Verdict = "same" | "bytes" | "time" | "open";
+export type Verdict = "same" | "bytes" | "time" | "open" | "apart";
 
 /** Bytes as the journal writes them. */
 export function escaped(bytes: Iterable<number>): string {
@@ -31,7 +33,8 @@ export function escaped(bytes: Iterable<number>): string {
 }
 
 /** What came of a line. As long as no other was sent, what one of them has said so far may still come from the other. */
-export function verdict({ real, virtual }: Exchange, isLast: boolean): Verdict {
+export function verdict({ real, virtual, isApart }: Exchange, isLast: boolean): Verdict {
+  if (isApart) return "apart";
   const isBegun = real.bytes.startsWith(virtual.bytes) || virtual.bytes.startsWith(real.bytes);
   if (real.bytes !== virtual.bytes) return isLast && isBegun ? "open" : "bytes";
   if (real.bytes === "") return "open";

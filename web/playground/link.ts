@@ -35,10 +35,13 @@ function isDeed(one: unknown): one is Deed {
   return one[1] === "set" ? one.length === 4 : one.length === 3 && KINDS.includes(one[1]);
 }
 
+/** A link that is of another edition of this page. */
+export class OfAnother extends Error {}
+
 /** The session of a fragment; `null` if it has none. */
 export async function read(fragment: string): Promise<Told | null> {
   if (!/^#\d+\./.test(fragment)) return null;
-  if (!fragment.startsWith(MARK)) throw new Error("of another version");
+  if (!fragment.startsWith(MARK)) throw new OfAnother("of another version");
   const letters = fragment.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/");
   const bytes = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));
   const text = new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw")));

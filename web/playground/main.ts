@@ -1,15 +1,16 @@
 // The page that needs no installing: the panel over controllers that run in the page itself.
-import { App } from "../src/app";
+import { Problem } from "../src/api";
+import { App, reason } from "../src/app";
 import { h } from "../src/dom";
 import { show } from "../src/page";
 import { inLanguage } from "../src/words";
 import { Bench, benchPart, takeDrops } from "./bench";
 import { Here } from "./here";
-import { read } from "./link";
-import { Beside, serialPart } from "./serial";
+import { OfAnother, read } from "./link";
+import { Beside, give, serialPart } from "./serial";
 import { Taken, tourPart } from "./tour";
 import { TOURS } from "./tours";
-import { tell } from "./words";
+import { tell, type Word } from "./words";
 
 const here = new Here();
 const app = new App(here);
@@ -17,6 +18,12 @@ const bench = new Bench(app, here);
 const taken = new Taken();
 const beside = new Beside();
 here.onWait = () => app.changed();
+// A line goes to the real controller as well, while there is one; a job does not.
+app.give = (line) => (beside.line ? give(app, beside, line, bench.isWorking) : app.post(line));
+bench.onWork = () => {
+  beside.isParted = true;
+  if (beside.line) app.onNotice(tell("onlyVirtual"), false, true);
+};
 
 app.means = async (line) =>
   (await app.api.get<{ text: string }>(`/controllers/${app.machine?.number ?? 1}/meaning?line=${encodeURIComponent(line)}`)).text;
@@ -38,24 +45,18 @@ async function takeTour(name: string): Promise<void> {
   app.changed();
 }
 
-/** Begins with what the address says; otherwise with a controller that has just been switched on. */
-async function begin(): Promise<void> {
-  const { told } = bench;
-  const fresh = { ...told, deeds: [], at: 0 };
-  const linked = await read(location.hash).catch(() => undefined);
-  const isBegun = linked && await bench.begin(linked).then(() => true, () => false);
-  if (isBegun) return;
-  await bench.begin(fresh);
-  if (linked !== null) app.onNotice(tell("badLink"), true, true);
-}
-
-/** Another link was put into the address. */
-async function follow(): Promise<void> {
+/** Begins with the link in the address, if there is one, and says whether it has. What is wrong with it is said, and what
+    is so instead. */
+async function follow(instead: Word): Promise<boolean> {
   try {
     const linked = await read(location.hash);
     if (linked) await bench.begin(linked);
-  } catch {
-    app.onNotice(tell("badLinkHere"), true, true);
+    return linked !== null;
+  } catch (error) {
+    // Why it could not be carried out is said in English.
+    if (error instanceof Problem) app.onNotice(reason(error), true, false, `${tell("linkFailed")} ${tell(instead)}`);
+    else app.onNotice(`${tell(error instanceof OfAnother ? "linkOther" : "linkTorn")} ${tell(instead)}`, true, true);
+    return false;
   }
 }
 
@@ -74,11 +75,11 @@ show(app, {
 });
 try {
   await bench.load();
-  await begin();
+  if (!await follow("begunAnew")) await bench.begin({ ...bench.told, deeds: [], at: 0 });
   app.start();
 } catch (error) {
   app.onNotice(`${tell("broken")}: ${error instanceof Error ? error.message : String(error)}`, true);
 }
 takeDrops(bench);
-addEventListener("hashchange", () => void follow());
+addEventListener("hashchange", () => void follow("unchanged"));
 if ("serviceWorker" in navigator) void navigator.serviceWorker.register("service.js").catch(() => {});

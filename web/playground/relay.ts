@@ -11,8 +11,12 @@ type Done = [method: string, path: string, body?: unknown] | number;
 export class Relay {
   /** All of it, so that it can be done again; nothing any more once the whole module is there. */
   private done: Done[] | null = [];
+  private desk: Desk;
 
-  constructor(private desk: Desk) {}
+  /** `make` makes desks, of the module that is there. */
+  constructor(private make: () => Desk) {
+    this.desk = make();
+  }
 
   ask(method: string, path: string, body?: unknown): Answer {
     const answer = this.desk.ask(method, path, body);
@@ -28,12 +32,25 @@ export class Relay {
     return this.desk.hear(now);
   }
 
+  /** Begins on another desk, which takes the place of this one if that says that it could; otherwise nothing has changed. */
+  anew(begin: () => boolean): void {
+    const { desk, done } = this;
+    let hasBegun = false;
+    [this.desk, this.done] = [this.make(), done && []];
+    try {
+      hasBegun = begin();
+    } finally {
+      if (!hasBegun) [this.desk, this.done] = [desk, done];
+    }
+  }
+
   /** Brings the whole module to where this one is, to the nanosecond, and goes on with it. */
-  handOver(whole: Desk): void {
+  handOver(make: () => Desk): void {
+    const whole = make();
     for (const done of this.done ?? []) {
       if (typeof done === "number") whole.hear(done);
       else whole.ask(...done);
     }
-    [this.desk, this.done] = [whole, null];
+    [this.make, this.desk, this.done] = [make, whole, null];
   }
 }

@@ -24,6 +24,8 @@ const RATES = [19_200, 9_600, 4_800, 2_400, 38_400, 57_600, 115_200];
 const BREAK = 253;
 /** So long after the last byte an answer counts as whole, in ms. */
 const QUIET = 300;
+/** Whoever presses STOP learns after so long that it has not gone out, and who closes a port that it is not closed; ms. */
+const PATIENCE = 500;
 
 /** Of what is said to one line so many bytes are shown and compared; answers are far shorter. */
 const SHOWN = 4_096;
@@ -47,6 +49,11 @@ class Line {
   private sentAt = 0;
   private bytes: number[] = [];
   private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
+  private reading: Promise<void> = Promise.resolve();
+  /** What writes, and to which stream; after an error there is another one. */
+  private writer: { of: WritableStream<Uint8Array>; it: WritableStreamDefaultWriter<Uint8Array> } | null = null;
+  /** So many pieces have not gone out yet. */
+  private unsent = 0;
   private isClosing = false;
 
   constructor(
@@ -56,29 +63,47 @@ class Line {
 
   async open(baudRate: number): Promise<void> {
     await this.port.open({ baudRate });
-    void this.read();
+    this.reading = this.read();
   }
 
   private since(): number {
     return Math.round((performance.now() - this.first) * 1e6);
   }
 
-  /** Sends bytes; a line begins an exchange. */
-  async send(bytes: number[], line: string | null): Promise<void> {
-    const writer = this.port.writable?.getWriter();
-    if (!writer) throw new Error(tell("portGone"));
+  /** Sends bytes, behind those that have not gone out yet; a line begins an exchange. */
+  async send(bytes: number[], line: string | null, isApart = false): Promise<void> {
+    const { writable } = this.port;
+    if (!writable || this.isClosing) throw new Error(tell("portGone"));
+    if (this.writer?.of !== writable) this.writer = { of: writable, it: writable.getWriter() };
     if (line !== null) {
       const nothing = () => ({ bytes: "", after: null });
       this.bytes = [];
-      this.exchanges.push({ line, real: nothing(), virtual: nothing(), causes: [] });
+      this.exchanges.push({ line, real: nothing(), virtual: nothing(), causes: [], isApart });
       this.sentAt = performance.now();
     }
     this.keep(bytes.length, { at: this.since(), in: String.fromCharCode(...bytes) });
+    this.unsent += 1;
     try {
-      await writer.write(Uint8Array.from(bytes));
+      await this.writer.it.write(Uint8Array.from(bytes));
     } finally {
-      writer.releaseLock();
+      this.unsent -= 1;
     }
+  }
+
+  /** Sends STOP. What has not gone out yet does not go before it, and not at all any more. */
+  async stop(): Promise<void> {
+    if (this.unsent > 0) await this.giveUpSending();
+    await this.send([BREAK], null);
+  }
+
+  /** A port that has been told so throws away what it has not sent, and has another stream then. */
+  private async giveUpSending(): Promise<void> {
+    const { writer, unsent } = this;
+    this.writer = null;
+    if (!writer) return;
+    const given = unsent > 0 ? writer.it.abort(new Error(tell("cutOff"))) : null;
+    writer.it.releaseLock();
+    await given;
   }
 
   private async read(): Promise<void> {
@@ -101,7 +126,7 @@ class Line {
       }
     }
     // So that it can be opened again.
-    if (!this.isClosing) await this.port.close().catch(() => {});
+    if (!this.isClosing) await this.shut().catch(() => {});
     this.onChange(true);
   }
 
@@ -123,7 +148,14 @@ class Line {
   async close(): Promise<void> {
     this.isClosing = true;
     await this.reader?.cancel().catch(() => {});
-    await this.port.close().catch(() => {});
+    await this.reading;
+    await this.shut();
+  }
+
+  /** A port that somebody writes to, or reads from, cannot be closed. What has not gone out may take its time to be given up. */
+  private async shut(): Promise<void> {
+    void this.giveUpSending().catch(() => {});
+    await this.port.close();
   }
 }
 
@@ -138,6 +170,37 @@ export class Beside {
   sentAt = 0;
   /** The exchange that has been asked about. */
   asked: Exchange | null = null;
+  /** A port that is being closed: it cannot be opened before. */
+  closing: Promise<void> = Promise.resolve();
+  /** STOP has not gone out. */
+  isUnstopped = false;
+  /** What the virtual controller says from now on is not of the line that was sent last. */
+  isParted = false;
+}
+
+/** Gives a line to both controllers, and says whether it could. While something else is given to the virtual one besides,
+    what they say is not compared. */
+export async function give(app: App, it: Beside, text: string, isBusy: boolean): Promise<boolean> {
+  if (!it.line || !app.machine) return false;
+  const { machine } = app;
+  try {
+    const bytes = [...text, "\r"].map((letter) => letter.charCodeAt(0));
+    if (bytes.some((byte) => byte > 255)) throw new Error(text);
+    [it.since, it.isParted] = [machine.entries.at(-1)?.number ?? 0, isBusy];
+    const clock = app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`);
+    const [, isPosted] = await Promise.all([it.line.send(bytes, text, isBusy), app.post(text), clock.then(({ now }) => (it.sentAt = now))]);
+    return isPosted;
+  } catch (error) {
+    app.say(error);
+    return false;
+  } finally {
+    app.changed();
+  }
+}
+
+/** Waits for something, but no longer than patience lasts; says whether it has come. */
+function patiently(what: Promise<unknown>): Promise<boolean> {
+  return Promise.race([what.then(() => true), new Promise<boolean>((resolve) => setTimeout(resolve, PATIENCE, false))]);
 }
 
 export function serialPart(app: App, it: Beside): Part & { open(): void } {
@@ -146,15 +209,16 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
   const connect = h("button", { disabled: true, onclick: () => void toggle() }, tell("connect"));
   const field = h("input", { type: "text", spellcheck: false, autocomplete: "off", placeholder: "@0P", attrs: { "aria-label": tell("lineForBoth") } });
   const send = h("button", { type: "submit" }, tell("toBoth"));
-  const stop = h("button", { class: "alarm", onclick: () => void halt() }, tell("breakBoth"));
-  const save = h("button", { onclick: () => void saveIt() }, tell("save"));
+  // Neither sends what stands in the field.
+  const stop = h("button", { type: "button", class: "alarm", onclick: () => void halt() }, tell("breakBoth"));
+  const save = h("button", { type: "button", onclick: () => void saveIt() }, tell("save"));
   const body = h("tbody");
   const rows = new Rebuilt(body);
   const table = h("table", { class: "exchanges", attrs: { "aria-label": tell("comparison") } },
     h("thead", {}, h("tr", {}, ...[tell("sent"), tell("realSays"), tell("virtualSays"), tell("difference")].map((text) => h("th", { scope: "col" }, text)))), body);
   const submit = (event: Event) => {
     event.preventDefault();
-    if (field.value !== "") void give(field.value).then((isGiven) => isGiven && (field.value = ""));
+    if (field.value !== "") void app.send(field.value).then((isGiven) => isGiven && (field.value = ""));
   };
   const form = h("form", { class: "bar", onsubmit: submit }, field, send, stop, save);
   const state = h("p", { class: "note", attrs: { role: "status" } });
@@ -169,13 +233,14 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
 
   const toggle = async () => {
     if (it.line) {
-      const closing = it.line;
+      it.closing = it.line.close();
       it.line = null;
-      await closing.close();
+      if (!await patiently(it.closing).catch(() => false)) app.onNotice(tell("portBusy"), true, true);
       return app.changed();
     }
     try {
       const port = await serial!.requestPort();
+      await patiently(it.closing).catch(() => {});
       const opened = new Line(port, (isGone) => {
         if (isGone && it.line === opened) {
           it.line = null;
@@ -185,6 +250,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       });
       await opened.open(Number(rate.value));
       it.line = it.kept = opened;
+      it.isUnstopped = false;
     } catch (error) {
       // Nobody has chosen a port.
       if (!(error instanceof DOMException && error.name === "NotFoundError")) app.say(error);
@@ -192,26 +258,24 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     app.changed();
   };
 
-  const give = async (text: string): Promise<boolean> => {
-    if (!it.line || !app.machine) return false;
-    const { machine } = app;
-    try {
-      it.since = machine.entries.at(-1)?.number ?? 0;
-      const bytes = [...text, "\r"].map((letter) => letter.charCodeAt(0));
-      if (bytes.some((byte) => byte > 255)) throw new Error(text);
-      const both = await Promise.all([it.line.send(bytes, text), app.send(text), app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`)]);
-      it.sentAt = both[2].now;
-      return true;
-    } catch (error) {
-      app.say(error);
-      return false;
-    } finally {
-      app.changed();
-    }
-  };
   const halt = async () => {
-    await it.line?.send([BREAK], null).catch((error) => app.say(error));
-    await app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
+    const { line } = it;
+    // Neither waits for the other.
+    const virtual = app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
+    if (line) {
+      const stopped = line.stop();
+      it.isUnstopped = !await patiently(stopped).catch(() => false);
+      if (it.isUnstopped) {
+        await virtual;
+        app.onNotice(tell("notStopped"), true, true);
+        // It may still come to that.
+        stopped.then(() => {
+          it.isUnstopped = false;
+          app.onNotice(tell("stoppedLate"), true, true);
+        }, () => {});
+      }
+    }
+    app.changed();
   };
   const text = async (): Promise<string> => {
     const virtual = await app.api.get<string>(`/controllers/${app.machine!.number}/recording`);
@@ -236,7 +300,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     app.changed();
   };
 
-  const WORDS = { same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet" } as const;
+  const WORDS = { same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", apart: "apart" } as const;
   return {
     element,
     open() {
@@ -260,7 +324,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       if (last && it.line) {
         const live = app.machine ?? machine;
         const sent = live.entries.find(({ kind, number }) => kind === "command" && number > it.since);
-        last.virtual = saidSince(live.entries, it.since, sent?.at ?? it.sentAt);
+        if (!it.isParted) last.virtual = saidSince(live.entries, it.since, sent?.at ?? it.sentAt);
         const isQuiet = performance.now() - it.line.heard > QUIET;
         if (verdict(last, true) === "bytes" && it.asked !== last) {
           if (isQuiet) void explain(last);
@@ -270,13 +334,14 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       }
       const said = last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "";
       const errors = it.kept?.errors ? `${figure(it.kept.errors)} ${tell("lineErrors")}` : said;
-      put(state, it.kept?.isFull ? tell("full") : errors);
+      put(state, it.isUnstopped ? tell("notStopped") : it.kept?.isFull ? tell("full") : errors);
+      state.classList.toggle("alarm", it.isUnstopped);
       rows.from(exchanges, () => exchanges.map((exchange) => {
         const found = verdict(exchange, exchange === last);
         const cell = ({ bytes, after }: Exchange["real"]) =>
           h("td", {}, h("code", {}, bytes), h("span", { class: "note" }, after === null ? tell("noAnswerYet") : `${figure(after, after < 10 ? 1 : 0)} ms`));
         const causes = exchange.causes.map((cause) => h("span", { class: "cause" }, h("code", {}, cause), ` ${tell("wouldExplain")}`));
-        return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)), cell(exchange.real), cell(exchange.virtual),
+        return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)), cell(exchange.real), exchange.isApart ? h("td") : cell(exchange.virtual),
           h("td", {}, tell(WORDS[found]), ...causes));
       }));
       mark(table, "data-exchanges", String(exchanges.length));

@@ -1,7 +1,7 @@
 // Keeps the page, so that it opens without a network. Nothing else is kept, and nothing is asked of elsewhere.
 
-/** What there is, and which edition: put in by the build. */
-declare const FILES: string[];
+/** What there is, each with the digest of what is in it, and which edition: put in by the build. */
+declare const FILES: [name: string, digest: string][];
 declare const EDITION: string;
 
 interface Kept extends Event {
@@ -14,7 +14,26 @@ const OWN = `vimc4 ${(self as unknown as { registration: { scope: string } }).re
 const KEPT = OWN + EDITION;
 const listen = (type: string, heard: (event: Kept) => void) => addEventListener(type, heard as (event: Event) => void);
 
-listen("install", (event) => event.waitUntil(caches.open(KEPT).then((kept) => kept.addAll(FILES))));
+async function digest(answer: Response): Promise<string> {
+  const bytes = new Uint8Array(await crypto.subtle.digest("SHA-256", await answer.arrayBuffer()));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/** A file of this edition. What comes may be of another one, from a cache on the way, or none at all: then it is asked for
+    past all caches, and if that does not help either the page is not kept, and all of it is tried again another time. */
+async function file([name, expected]: [string, string]): Promise<[string, Response]> {
+  for (const cache of ["default", "reload"] as const) {
+    const answer = await fetch(name, { cache });
+    if (answer.ok && await digest(answer.clone()) === expected) return [name, answer];
+  }
+  throw new Error(`${name} is not that of this edition`);
+}
+
+listen("install", (event) => event.waitUntil((async () => {
+  const files = await Promise.all(FILES.map(file));
+  const kept = await caches.open(KEPT);
+  await Promise.all(files.map(([name, answer]) => kept.put(name, answer)));
+})()));
 
 // Those of earlier editions go when no page needs them any more: only then this one begins.
 listen("activate", (event) =>

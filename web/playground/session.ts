@@ -5,6 +5,9 @@ import type { Answer } from "../src/api";
 /** What a session talks to: the controllers in this page. */
 export interface Controllers {
   ask(method: string, path: string, body?: unknown): Answer;
+  hear(now: number): object[];
+  /** Other controllers take their place, if `begin` says that it could. */
+  anew(begin: () => boolean): void;
 }
 
 /** So many nanoseconds after the one before, this was done: bytes sent, an order, a signal, a fault. */
@@ -36,8 +39,8 @@ function deed(method: string, path: string, body: unknown): Deed | null {
   if (method === "POST" && own === "orders") return [0, "order", text("order")];
   if (method === "POST" && own === "faults") return [0, "fault", text("fault")];
   if (method === "DELETE" && first === "faults") return [0, "end-fault", rest];
-  if (method === "POST" && own === "scenarios") return [0, "rules", text("rules")];
-  if (method === "DELETE" && first === "scenarios") return [0, "end-rules", rest];
+  if (method === "POST" && own === "rules") return [0, "rules", text("rules")];
+  if (method === "DELETE" && first === "rules") return [0, "end-rules", rest];
   if (method === "PUT" && first === "signals") {
     return [0, "set", decodeURIComponent(rest), (body as { value?: unknown } | undefined)?.value];
   }
@@ -51,8 +54,8 @@ function request([, kind, what, value]: Deed): [method: string, path: string, bo
     case "order": return ["POST", `${OWN}/orders`, { order: what }];
     case "fault": return ["POST", `${OWN}/faults`, { fault: what }];
     case "end-fault": return ["DELETE", `${OWN}/faults${what ? `/${what}` : ""}`];
-    case "rules": return ["POST", `${OWN}/scenarios`, { rules: what }];
-    case "end-rules": return ["DELETE", `${OWN}/scenarios/${what}`];
+    case "rules": return ["POST", `${OWN}/rules`, { rules: what }];
+    case "end-rules": return ["DELETE", `${OWN}/rules${what ? `/${what}` : ""}`];
     case "set": return ["PUT", `${OWN}/signals/${encodeURIComponent(what)}`, { value }];
   }
 }
@@ -67,7 +70,7 @@ export class Session {
   private looked: { branch: number; at: number; now: number } | null = null;
 
   constructor(
-    private readonly desk: Controllers & { hear(now: number): object[] },
+    private readonly desk: Controllers,
     private readonly clock: () => number,
   ) {}
 
@@ -104,30 +107,41 @@ export class Session {
     return { ...this.told, deeds, at };
   }
 
-  /** Begins anew, with all that was done in another session. */
+  /** Begins anew, with all that was done in another session. Where that cannot be, this one goes on. */
   private begin({ deeds, at, ...told }: Told): Answer {
-    // What is done again is done at its time, however fast this computer is.
-    const answer = this.desk.ask("PUT", "/controllers", { ...told, clock: "manual" });
-    if (answer.status >= 300) return answer;
-    this.told = told;
-    // So that all of it can be saved.
-    this.desk.ask("POST", `${OWN}/recording`);
-    [this.log, this.looked] = [[], null];
-    this.branches.clear();
-    this.moments.clear();
-    const pass = (span: number) => span > 0 && this.desk.ask("POST", `${OWN}/clock/advance`, { span: `${span}ns` });
-    let time = 0;
-    const refused: string[] = [];
-    for (const one of deeds) {
-      pass(one[0]);
-      time += one[0];
-      const { status, body } = this.ask(...request(one));
-      if (status >= 300) refused.push((body as { detail?: string }).detail ?? String(status));
+    const { desk } = this;
+    const [log, refused]: [Log, string[]] = [[], []];
+    let answer: Answer = { status: 200, body: { refused } };
+    desk.anew(() => {
+      // What is done again is done at its time, however fast this computer is.
+      const made = desk.ask("PUT", "/controllers", { ...told, clock: "manual" });
+      if (made.status >= 300) {
+        answer = made;
+        return false;
+      }
+      // So that all of it can be saved.
+      desk.ask("POST", `${OWN}/recording`);
+      const pass = (span: number) => span > 0 && desk.ask("POST", `${OWN}/clock/advance`, { span: `${span}ns` });
+      let time = 0;
+      for (const one of deeds) {
+        pass(one[0]);
+        time += one[0];
+        const now = this.now();
+        const { status, body } = desk.ask(...request(one));
+        if (status >= 300) refused.push((body as { detail?: string }).detail ?? String(status));
+        else log.push([now, one]);
+      }
+      pass(at - time);
+      if (deeds.length > 0) desk.ask("POST", `${OWN}/clock/pause`);
+      desk.ask("PUT", `${OWN}/clock`, { clock: "real" });
+      return true;
+    });
+    if (answer.status < 300) {
+      [this.told, this.log, this.looked] = [told, log, null];
+      this.branches.clear();
+      this.moments.clear();
     }
-    pass(at - time);
-    if (deeds.length > 0) this.desk.ask("POST", `${OWN}/clock/pause`);
-    this.desk.ask("PUT", `${OWN}/clock`, { clock: "real" });
-    return { status: 200, body: { refused } };
+    return answer;
   }
 
   /** Follows who goes through the past. */

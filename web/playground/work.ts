@@ -23,6 +23,8 @@ export class Work {
   state: State = "goes";
   /** What it waits for, or what was refused. */
   reason = "";
+  /** Nothing more is given for now. */
+  isHeld = false;
   private next = 0;
   /** The number of the last entry before the piece that is being carried out. */
   private since = 0;
@@ -60,7 +62,7 @@ export class Work {
   private step(): void {
     const { app } = this;
     if (this.isOver) return clearInterval(this.timer);
-    if (this.state !== "goes" || this.isBusy || app.past?.isOpen || !app.machine) return;
+    if (this.state !== "goes" || this.isBusy || this.isHeld || app.past?.isOpen || !app.machine) return;
     if (!this.isDone()) return;
     const piece = this.pieces[this.next];
     if (!piece) {

@@ -27,31 +27,35 @@ const page = self as unknown as {
   onmessage: ((event: MessageEvent<Message>) => void) | null;
   postMessage(message: unknown): void;
 };
-async function module(name: string): Promise<ArrayBuffer> {
-  const answer = await fetch(name);
-  if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
-  return answer.arrayBuffer();
+/** A module by its name. What a cache has under that name may be something else: it is asked for again past all of them. */
+async function module(name: string, cache: RequestCache = "default"): Promise<WebAssembly.Module> {
+  try {
+    const answer = await fetch(name, { cache });
+    if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
+    return await WebAssembly.compile(await answer.arrayBuffer());
+  } catch (error) {
+    if (cache === "reload") throw error;
+    return module(name, "reload");
+  }
 }
-const relay = module(FIRST).then((bytes) => Desk.load(bytes)).then((desk) => new Relay(desk));
+const relay = module(FIRST).then((first) => new Relay(() => new Desk(first)));
 const session = relay.then((relay) => new Session(relay, () => performance.now()));
 
-let whole: Promise<ArrayBuffer> | null = null;
+let wanted: Promise<WebAssembly.Module> | null = null;
 let handed: Promise<void> | null = null;
 /** Another desk, for what is only tried out. */
-let spare: Promise<Desk> | null = null;
+let spare: Desk | null = null;
 
-/** A desk of the whole module. What is not there, or is not whole, is asked for again when it is needed again. */
-async function desk(): Promise<Desk> {
-  try {
-    return await Desk.load(await (whole ??= module(WHOLE)));
-  } catch (error) {
-    whole = null;
+/** The whole module. What is not there, or is not whole, is asked for again when it is needed again. */
+function whole(): Promise<WebAssembly.Module> {
+  return (wanted ??= module(WHOLE).catch((error) => {
+    wanted = null;
     throw error;
-  }
+  }));
 }
 
 function handOver(): Promise<void> {
-  return (handed ??= desk().then(async (desk) => (await relay).handOver(desk)).catch((error) => {
+  return (handed ??= whole().then(async (module) => (await relay).handOver(() => new Desk(module))).catch((error) => {
     handed = null;
     throw error;
   }));
@@ -114,11 +118,8 @@ page.onmessage = async ({ data }) => {
     const open = await session;
     if (path === "/causes") {
       const { model, machine, passed } = body as { model: string; machine: string; passed: Parameters<typeof causes>[2] };
-      spare ??= desk().catch((error) => {
-        spare = null;
-        throw error;
-      });
-      return page.postMessage({ id, answer: { status: 200, body: causes(await spare, { model, machine }, passed) } });
+      spare ??= new Desk(await whole());
+      return page.postMessage({ id, answer: { status: 200, body: causes(spare, { model, machine }, passed) } });
     }
     page.postMessage({ id, answer: await inTurn(method === "GET", () => {
       // All that is asked is about this moment.

@@ -98,6 +98,15 @@ export interface Fault {
   struck: number;
 }
 
+/** A rule of a scenario. */
+export interface Rule {
+  scenario: number;
+  place: number;
+  rule: string;
+  stage: "waits" | "holds" | "over";
+  acted: number;
+}
+
 export interface Breakpoint {
   id: number;
   condition: string;

@@ -1,7 +1,7 @@
 // The state of the page: which controllers there are, which one is looked at, and whether their source
 // is there. Parts of the page are told when something has changed, at most once for each frame.
 import { Api, Problem } from "./api";
-import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Signal, Snapshot, Source, View } from "./api";
+import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Rule, Signal, Snapshot, Source, View } from "./api";
 import { Machine } from "./machine";
 import type { Film } from "./film";
 import { Past } from "./past";
@@ -14,6 +14,12 @@ export interface Part {
   show(machine: Machine): void;
   /** It will not be seen again. */
   leave?(): void;
+}
+
+/** What was wrong, and what would be right. */
+export function reason(error: unknown): string {
+  const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
+  return `${error instanceof Error ? error.message : String(error)}${remedy}`;
 }
 
 /** So long after something has happened the view is asked for, at most once in that time; ms. */
@@ -31,6 +37,8 @@ export class App {
   onNewMachines: () => void = () => {};
   /** What a line means, said before it is sent, where somebody can say it. */
   means: ((line: string) => Promise<string>) | null = null;
+  /** Gives a line to whoever has to have it. */
+  give: (line: string) => Promise<boolean> = (line) => this.post(line);
   /** Asks a person for the token. */
   askToken: () => Promise<string> = () => Promise.reject(new Error("no token"));
 
@@ -125,7 +133,7 @@ export class App {
   /** Sends a line, as the host does, and says whether it could. */
   async send(line: string): Promise<boolean> {
     if (this.past?.isOpen) return this.past.do({ send: `${line}\r` });
-    return this.act((path) => this.api.post(`${path}/line`, { send: `${line}\r` }));
+    return this.give(line);
   }
 
   /** Sets a signal. It is shown so at once: another click is about what is seen. */
@@ -153,14 +161,18 @@ export class App {
     }
   }
 
+  /** Gives a line to the controller that is looked at. */
+  post(line: string): Promise<boolean> {
+    return this.act((path) => this.api.post(`${path}/line`, { send: `${line}\r` }));
+  }
+
   say(error: unknown): void {
     if (error instanceof Problem && error.status === 0) {
       this.isUnanswered = true;
       return this.onNotice(say("noAnswer"), true, true);
     }
-    const remedy = error instanceof Problem && error.remedy ? ` — ${error.remedy}` : "";
     // What the program says is English.
-    this.onNotice(`${error instanceof Error ? error.message : String(error)}${remedy}`, true, false, say("refused"));
+    this.onNotice(reason(error), true, false, say("refused"));
   }
 
   changed(): void {
@@ -242,11 +254,11 @@ export class App {
       const view = await get<View>("view");
       this.of(number)?.seen(view);
       if (number === this.machine?.number) {
-        const [signals, clock, faults, breakpoints, snapshots] = await Promise.all([
-          get<Signal[]>("signals"), get<Clock>("clock"), get<Fault[]>("faults"),
+        const [signals, clock, faults, rules, breakpoints, snapshots] = await Promise.all([
+          get<Signal[]>("signals"), get<Clock>("clock"), get<Fault[]>("faults"), get<Rule[]>("rules"),
           get<Breakpoint[]>("breakpoints"), get<Snapshot[]>("snapshots"),
         ]);
-        Object.assign(this.of(number) ?? {}, { signals, clock, faults, breakpoints, snapshots });
+        Object.assign(this.of(number) ?? {}, { signals, clock, faults, rules, breakpoints, snapshots });
         await this.pasts.get(number)?.look();
       }
     } catch {

@@ -20,14 +20,17 @@ export class Desk {
   /** The moment up to which everything has been heard, ms: what is asked is asked then. */
   private now = 0;
 
-  private constructor(private readonly module: Exports) {}
+  private readonly module: Exports;
+
+  /** Another desk of a module that has been compiled. */
+  constructor(module: WebAssembly.Module) {
+    this.module = new WebAssembly.Instance(module, {}).exports as unknown as Exports;
+  }
 
   /** Loads it: the address of the module, or its bytes. */
   static async load(source: string | URL | BufferSource): Promise<Desk> {
     const isAddress = typeof source === "string" || source instanceof URL;
-    const bytes = isAddress ? await (await fetch(source)).arrayBuffer() : source;
-    const { instance } = await WebAssembly.instantiate(bytes, {});
-    return new Desk(instance.exports as unknown as Exports);
+    return new Desk(await WebAssembly.compile(isAddress ? await (await fetch(source)).arrayBuffer() : source));
   }
 
   /** Asks what the API is asked, with or without `/v1` before the path. */

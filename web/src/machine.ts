@@ -1,6 +1,6 @@
 // One controller and its machine as the panel knows them: what the feed has told, in the order in
 // which it happened, and the latest view.
-import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Position, Signal, Snapshot, View } from "./api";
+import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Position, Rule, Signal, Snapshot, View } from "./api";
 import { Path, type Kind, type Place } from "./path";
 
 /** So many entries are kept for searching. */
@@ -17,6 +17,7 @@ export class Machine {
   signals: Signal[] = [];
   clock: Clock | null = null;
   faults: Fault[] = [];
+  rules: Rule[] = [];
   breakpoints: Breakpoint[] = [];
   snapshots: Snapshot[] = [];
   position: Position | null = null;

@@ -162,12 +162,13 @@ const TABLE = {
   cutLine: ["Cut the line for 2 s", "Leitung 2 s unterbrechen"],
   jamAxis: ["Jam", "Blockiere"],
   powerFailure: ["Power failure of 1 s", "Netzausfall von 1 s"],
-  ownFault: ["Another fault", "Andere Störung"],
+  ownFault: ["Another fault, or a rule", "Andere Störung oder eine Regel"],
   begin: ["Begin", "Beginnen"],
   end: ["End", "Beenden"],
   endAll: ["End all", "Alle beenden"],
   active: ["Active", "Aktiv"],
   times: ["times struck", "mal getroffen"],
+  acted: ["times acted", "mal gewirkt"],
 } as const satisfies Record<string, readonly [string, string]>;
 
 /** What the server says in one word, where it has a German one. */

@@ -12,13 +12,15 @@ const target = process.env.CARGO_TARGET_DIR ?? new URL("target", root).pathname;
 const [first, path] = ["first", "page"].map((name) => `${target}/page/vimc4_${name}.wasm`);
 const { outputFiles } = await build({
   absWorkingDir: new URL("../", import.meta.url).pathname,
-  stdin: { contents: 'export { Desk } from "./src/desk"; export { Later, Relay } from "./playground/relay";', resolveDir: "." },
+  stdin: { contents: 'export { Desk } from "./src/desk"; export { Later, Relay } from "./playground/relay"; export { Session } from "./playground/session";', resolveDir: "." },
   bundle: true, format: "esm", write: false,
 });
-const { Desk, Later, Relay } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+const { Desk, Later, Relay, Session } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 for (const one of [first, path]) assert.ok(existsSync(one), `${one} is not there: cargo xtask page`);
 const [early, module] = await Promise.all([first, path].map((one) => readFile(one)));
 const open = () => Desk.load(module);
+/** What makes desks of the module that answers first, and of the whole one. */
+const [makeFirst, makeWhole] = await Promise.all([early, module].map((one) => WebAssembly.compile(one).then((compiled) => () => new Desk(compiled))));
 
 test("the modules import nothing", async () => {
   for (const one of [early, module]) {
@@ -170,7 +172,7 @@ test("the module that answers first says in every session what the whole one say
 });
 
 test("the whole module goes on where the first one is", async () => {
-  const [relay, whole] = [new Relay(await Desk.load(early)), await open()];
+  const [relay, whole] = [new Relay(makeFirst), await open()];
   const own = "/controllers/1";
   const talk = (desk) => {
     desk.ask("PUT", "/controllers", { model: "imc4", machine: "mill", clock: "manual" });
@@ -194,9 +196,69 @@ test("the whole module goes on where the first one is", async () => {
     ["POST", `${own}/faults`, { fault: "drop to-host once" }], ["POST", `${own}/clock/run-until`, { condition: "idle" }],
   ];
   for (const asked of late) assert.throws(() => relay.ask(...asked), Later, asked.join(" "));
-  relay.handOver(await open());
+  relay.handOver(makeWhole);
   for (const asked of late) assert.deepEqual(relay.ask(...asked), whole.ask(...asked), asked.join(" "));
   assert.deepEqual(relay.hear(9_000), whole.hear(9_000));
+});
+
+test("what does not fit into the receive buffer is told in the same words, under the same numbers", async () => {
+  const own = "/controllers/1";
+  for (const model of ["imc4", "imc-s8"]) {
+    const [relay, whole] = [new Relay(makeFirst), await open()];
+    const begin = (desk) => {
+      desk.ask("PUT", "/controllers", { model, machine: "bench" });
+      desk.ask("PUT", "/events", { after: { 1: 0 } });
+      return desk.hear(1_000);
+    };
+    // Pieces of which nothing, some of it or all of it is lost: each is one thing to be told of.
+    const flood = (desk, from) => Array.from({ length: 40 }, (_, i) => {
+      assert.equal(desk.ask("POST", `${own}/line`, { send: "@07\r@0A500,5000,20,900,0,900,0,900\r@0P\r" }).status, 200);
+      return desk.hear(from + 7 * i);
+    }).flat();
+    const heard = [relay, whole].map((desk) => [...begin(desk), ...flood(desk, 1_000)]);
+    assert.deepEqual(heard[0], heard[1], model);
+    const told = () => relay.ask("GET", `${own}/journal`).body;
+    const before = told();
+    const lost = before.entries.filter(({ text }) => text?.includes("the receive buffer was full"));
+    assert.ok(lost.length > 10 && lost.some(({ text }) => text.includes("bytes were lost")), `${lost.length} pieces of which something was lost`);
+    relay.handOver(makeWhole);
+    assert.deepEqual(told(), before, "who has heard of an entry finds it under its number");
+    assert.deepEqual(flood(relay, 1_300), flood(whole, 1_300));
+    assert.deepEqual(told(), whole.ask("GET", `${own}/journal`).body);
+  }
+});
+
+test("a session that cannot begin leaves the one that is there as it is", () => {
+  const own = "/controllers/1";
+  let now = 0;
+  const relay = new Relay(makeFirst);
+  const session = new Session(relay, () => now);
+  const begin = (deeds, model = "imc4") => session.ask("PUT", "/session", { model, machine: "mill", deeds, at: 2_000_000_000 });
+  assert.equal(begin([[0, "send", "@07\r@0A4000,2000,0,900,0,900,0,900\r"]]).status, 200);
+  const there = () => ["/session", `${own}/journal`, `${own}/position`, `${own}/clock`].map((path) => session.ask("GET", path).body);
+  const before = there();
+  assert.ok(before[2].axes.X > 0, "it has moved");
+  // The first deeds can be done at once, and then something can not.
+  const late = [[0, "send", "@07\r"], [1_000_000, "fault", "drop to-host once"], [1_000_000, "send", "@0A9,900,0,900,0,900\r"]];
+  for (const [deeds, model] of [[late], [[], "smcu"]]) {
+    assert.throws(() => begin(deeds, model), Later);
+    assert.deepEqual(there(), before);
+  }
+  relay.handOver(makeWhole);
+  assert.deepEqual(there(), before);
+  assert.equal(begin([], "nothing").status, 404);
+  assert.deepEqual(there(), before);
+  assert.equal(begin(late).status, 200);
+  assert.equal(session.ask("GET", `${own}/faults`).body.length, 1);
+  now = 10;
+  session.hear();
+  // Rules are done again, too, and end again.
+  const rule = [0, "rules", "when x > 100: press stop"];
+  assert.deepEqual(begin([rule, [0, "rules", "every 1s: press start"], [0, "end-rules", "2"]]).body, { refused: [] });
+  assert.deepEqual(session.ask("GET", `${own}/rules`).body.map(({ rule, scenario }) => [rule, scenario]), [[rule[2], 1]]);
+  assert.equal(session.ask("POST", `${own}/rules`, { rules: "when y > 9: press stop" }).status, 200);
+  assert.equal(session.ask("DELETE", `${own}/rules`).status, 200);
+  assert.deepEqual(session.ask("GET", "/session").body.deeds.map(([, ...deed]) => deed).slice(-2), [["rules", "when y > 9: press stop"], ["end-rules", ""]]);
 });
 
 test("whatever it is asked, it answers", async () => {

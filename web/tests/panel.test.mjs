@@ -371,6 +371,13 @@ with_(["--web"], "a fault begins at a click, and ends at another", async (server
   await page.getByRole("combobox", { name: "Another fault" }).fill("drop to-host once after @0P");
   await page.keyboard.press("Enter");
   await page.locator(".faults .list code", { hasText: "drop" }).waitFor();
+  // A rule is typed there as well.
+  await page.getByRole("combobox", { name: "Another fault, or a rule" }).fill("when x > 90000: press stop");
+  await page.locator(".faults form button").click();
+  await page.locator(".faults .list code", { hasText: "when x > 90000" }).waitFor();
+  assert.equal((await server.ask("GET", "/controllers/1/rules"))[0].rule, "when x > 90000: press stop");
+  await page.locator(".faults .list button", { hasText: "End all" }).click();
+  await until("all have ended", async () => (await page.locator(".faults .list li").count()) === 0);
 });
 
 const line = (page) => page.locator(".timeline");

@@ -1,11 +1,12 @@
 // The page that needs no installing, in both browsers: what people do with it, as they do it.
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
+import { createHash } from "node:crypto";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { gzipSync } from "node:zlib";
+import { deflateRawSync, gzipSync } from "node:zlib";
 import { bridge } from "./port.mjs";
 import { absent, browser, host } from "./tab.mjs";
 import { program, run, serve, until } from "./stand.mjs";
@@ -36,6 +37,8 @@ const replayed = async (text) => {
   // How fast this computer is decides about the times.
   return told("replay", path, "--tolerance", "20s");
 };
+/** A link to a session. */
+const linked = (...session) => `#1.${deflateRawSync(JSON.stringify(session)).toString("base64url")}`;
 const example = (name) => readFile(new URL(`../../examples/${name}`, import.meta.url), "utf8");
 
 for (const name of ["chromium", "firefox"]) {
@@ -139,17 +142,133 @@ for (const name of ["chromium", "firefox"]) {
     });
 
     with_("a link that is of nothing known begins anew, and one that comes later changes nothing", async (site, opened) => {
-      for (const link of ["#1.i1bKyy8uTc5Q0lHKzczJUdIx0ImOjQUA", "#1.i1bKzE02UdJRys3MyVHSMTSAAZ3oaAMdpZTEvORUJR0lBwPzmCKl2NhYAA", "#2.AAAA", "#1.AAAA"]) {
+      const links = [
+        [linked("unknown", "mill", 0, []), "no model `unknown`"], [linked("imc4", "mill", 10, [[0, "dance", "@07\r"]]), "not whole"],
+        ["#2.AAAA", "of another edition"], ["#1.AAAA", "not whole"],
+      ];
+      for (const [link, why] of links) {
         const tab = await opened(link);
-        await tab.seen(".notice", "This link is not whole, so a new session has begun");
+        await tab.seen(".notice", "A new session has begun.");
+        await tab.seen(".notice", why);
         await tab.send("@07");
         await tab.seen(".entry-answer", "0");
-        await tab.look((link) => void (location.hash = `${link}x`), link);
-        await tab.seen(".notice", "Nothing has changed");
+        await tab.look((link) => void (location.hash = "", location.hash = link), link);
+        await tab.seen(".notice", "Nothing has changed.");
+        await tab.seen(".notice", why);
         await tab.send("@0P");
         await tab.seen(".entry-answer", "000000000000000000");
         tab.complaints.length = 0;
       }
+    });
+
+    with_("a link that waits for what does not come changes nothing, and says why", async (site, opened) => {
+      site.miss(/^page-.*\.wasm$/);
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.send("@0A500,5000,0,900,0,900,0,900");
+      await until("it is there", async () => /after/.test(await tab.text(".entry-answer", "after") ?? ""));
+      const there = await tab.carriage();
+      const link = linked("imc4", "mill", 2e9, [[0, "send", "@07\r"], [1e6, "fault", "drop to-host once"], [1e6, "send", "@0A4000,2000,0,900,0,900,0,900\r"]]);
+      await tab.look((link) => void (location.hash = link), link);
+      await tab.seen(".notice", "could not be carried out. Nothing has changed.");
+      await tab.seen(".notice", "404");
+      await tab.send("@0P");
+      await tab.seen(".entry-answer", "0001F4000000000000");
+      assert.deepEqual(await tab.carriage(), there);
+      const other = await opened(link);
+      await other.seen(".notice", "could not be carried out. A new session has begun.");
+      site.letGo();
+      await tab.look((link) => void (location.hash = "", location.hash = link), link);
+      await tab.seen(".notice", "the moment of the link");
+      await tab.seen(".faults .list", "drop to-host");
+      for (const { complaints } of [tab, other]) complaints.length = 0;
+    });
+
+    with_("a file that waits is not for a controller that is chosen meanwhile", async (site, opened) => {
+      site.hold(LATER);
+      const tab = await opened();
+      await tab.drop("commands.txt", "@07\n@0V\n");
+      await tab.seen(".link", "waits for the rest of this page");
+      await tab.choose(".bench select.model", "imc4-m");
+      site.letGo();
+      await tab.seen(".tab .model", "imc4-m");
+      await tab.seen(".notice", "commands.txt has been given up");
+      await tab.send("@0P");
+      await tab.seen(".entry-answer");
+      assert.equal(await tab.look(() => document.querySelectorAll(".entry-command").length), 1);
+      await tab.drop("commands.txt", "@07\n@0V\n");
+      await tab.seen(".bench .note", "commands.txt has been carried out");
+      // What has begun goes on where another controller cannot be had, and not at one that can.
+      await tab.click(".clock button", "Pause");
+      await tab.drop("commands.txt", "@07\n@0V\n");
+      await tab.seen(".bench .note", "time is paused");
+      await tab.look((link) => void (location.hash = link), linked("unknown", "mill", 0, []));
+      await tab.seen(".notice", "Nothing has changed");
+      await tab.click(".clock button", "Resume");
+      await tab.seen(".bench .note", "commands.txt has been carried out");
+    });
+
+    with_("a rule is typed where faults are, and acts", async (_, opened) => {
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.write(".faults form input", "when x > 300: press stop");
+      await tab.press("Enter");
+      await tab.seen(".faults .list li", "when x > 300: press stop");
+      await tab.send("@0A5000,2000,0,900,0,900,0,900");
+      await tab.seen(".entry-answer", "stopped by STOP");
+      await tab.seen(".faults .list li", "1 times acted");
+      await tab.click(".faults .list button", "End");
+      await until("it is gone", () => tab.look(() => document.querySelectorAll(".faults .list li").length === 0));
+    });
+
+    with_("a new edition is all of one piece, whatever caches say, and begins when the old one is closed", async (site, opened) => {
+      const tab = await opened();
+      await until("the page is kept", () => tab.look(async () => (await navigator.serviceWorker.ready).active?.state === "activated"));
+      // Only then it is looked at with what is kept.
+      await tab.reload();
+      await tab.seen(".link", "runs in this page");
+      const [old, service] = [await site.read("examples.json"), await site.read("service.js")];
+      const fresh = JSON.stringify([...JSON.parse(old), { name: "new.txt", model: "", machine: "" }]);
+      const digest = (text) => createHash("sha256").update(text).digest("hex");
+      site.put("examples.json", fresh);
+      // As the build would write it.
+      const [edition] = service.match(/(?<=")[0-9a-f]{12}(?=")/);
+      assert.ok(service.includes(digest(old)));
+      site.put("service.js", service.replace(digest(old), digest(fresh)).replace(edition, "0123456789ab"));
+      await tab.look(async () => (await navigator.serviceWorker.getRegistration()).update());
+      await until("it waits", () => tab.look(async () => (await navigator.serviceWorker.getRegistration()).waiting !== null));
+      const isNew = () => tab.look(() => [...document.querySelectorAll(".bench option")].some((option) => option.value === "new.txt"));
+      assert.equal(await isNew(), false);
+      const kept = await tab.look(async () => {
+        const name = (await caches.keys()).find((name) => name.endsWith("0123456789ab"));
+        return (await (await caches.open(name)).match("examples.json")).text();
+      });
+      assert.equal(kept, fresh);
+      // A page that Firefox could go back to is still open for it.
+      if (name === "firefox") return;
+      await until("the new one is there", async () => {
+        await tab.goto("about:blank");
+        await tab.goto(`${site.url}/`);
+        await tab.seen(".link", "runs in this page");
+        return isNew();
+      });
+    });
+
+    with_("what comes in the place of the rest of this page is not kept", async (site, opened) => {
+      const [page] = (await site.read("worker.js")).match(/page-[0-9A-F]{8}\.wasm/);
+      site.put(page, "<!doctype html><title>Log in to this network</title>");
+      const tab = await opened();
+      await until("it has been fetched to be kept", () => site.told.paths.filter((path) => path === `/${page}`).length > 1);
+      await until("that has come to an end", () => tab.look(async () => {
+        const found = await navigator.serviceWorker.getRegistration();
+        return !found || (!found.installing && (found.active?.state ?? "activated") === "activated");
+      }));
+      site.letGo();
+      await tab.reload();
+      await tab.seen(".link", "runs in this page");
+      await tab.choose(".bench select.model", "smcu");
+      await tab.seen(".tab .model", "smcu");
+      tab.complaints.length = 0;
     });
 
     with_("what a line means is said before it is sent", async (_, opened) => {
@@ -228,6 +347,7 @@ for (const name of ["chromium", "firefox"]) {
       // The page of a recording is opened as well, and the controller is there again after it.
       await tab.drop("limit.html", film);
       await tab.seen(".timeline .when", "A recording.");
+      assert.equal(await tab.look(() => document.querySelector(".notice").checkVisibility()), false, "what was said of another file");
       await tab.click(".bench button", "Back to the controller");
       await tab.send("@0P");
       await tab.seen(".entry-answer", "0000000000000000000");
@@ -289,6 +409,22 @@ for (const name of ["chromium", "firefox"]) {
         await sent("@07");
         // How fast this computer is decides about the time, not about the bytes.
         await until("both have answered", async () => ["same", "time"].includes(await verdict()));
+        // So does what is typed where lines always are, but no file.
+        await tab.send("@0P");
+        await tab.seen(".exchanges tbody th", "@0P");
+        await until("both have answered", async () => ["same", "time"].includes(await verdict()));
+        await tab.drop("commands.txt", "@0V\n@0P\n");
+        await tab.seen(".notice", "by the virtual controller alone");
+        await tab.seen(".bench .note", "commands.txt has been carried out");
+        assert.ok(["same", "time"].includes(await verdict()), "what a file was answered is not compared");
+        assert.equal(await tab.look(() => document.querySelectorAll(".exchanges tbody tr").length), 2);
+        await tab.click(".clock button", "Pause");
+        await tab.drop("commands.txt", "@0V\n");
+        await tab.seen(".bench .note", "time is paused");
+        await sent("@0d900,900,900");
+        await until("that is said", async () => (await verdict()) === "apart");
+        await tab.click(".clock button", "Resume");
+        await tab.seen(".bench .note", "commands.txt has been carried out");
         await real.order("fault delay 700ms to-host once");
         await sent("@0P");
         await until("it is late", async () => (await verdict()) === "time");
@@ -394,6 +530,92 @@ test("an error of a real line ends no conversation, and what was unplugged is op
     await tab.seen(".real button", "Connect");
     await tab.click(".real button", "Connect");
     await tab.seen(".real button", "Disconnect");
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
+test("STOP goes before what a port has not sent, and a port that takes nothing is told of loudly", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const tab = await own.tab();
+    await tab.before(() => {
+      // As Web Serial has it: what is told to give up throws away what it has not sent, and there is another stream then.
+      const next = () => {
+        port.writable = new WritableStream({
+          write: (bytes, { signal }) => {
+            if (!window.isStalled) return void window.sent.push(...bytes);
+            return new Promise((resolve, reject) => {
+              const give = (how) => (what) => (window.isStalled = window.isDeaf = false, how(what));
+              window.release = give(resolve);
+              if (!window.isDeaf) signal.addEventListener("abort", () => give(reject)(signal.reason));
+            });
+          },
+          abort: next,
+        });
+      };
+      let isOpen = false;
+      const port = {
+        open: async () => {
+          if (isOpen) throw new DOMException("The port is already open.", "InvalidStateError");
+          isOpen = true;
+          port.readable = new ReadableStream();
+          next();
+        },
+        close: async () => {
+          if (port.readable.locked || port.writable.locked) throw new TypeError("Cannot close a locked stream");
+          isOpen = false;
+        },
+      };
+      window.sent = [];
+      Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
+    });
+    const stall = (isDeaf) => tab.look((isDeaf) => void ([window.isStalled, window.isDeaf] = [true, isDeaf]), isDeaf);
+    const sent = () => tab.look(() => String.fromCharCode(...window.sent.splice(0)));
+    const line = async (text) => {
+      await tab.look(() => void (document.querySelector(".real form input").value = ""));
+      await tab.write(".real form input", text);
+      await tab.press("Enter");
+      await tab.seen(".exchanges tbody th", text);
+    };
+    await tab.goto(site.url);
+    await tab.seen(".link", "runs in this page");
+    await tab.click(".bench .real-one");
+    await tab.click('.real input[type="checkbox"]');
+    await tab.click(".real button", "Connect");
+    await line("@07");
+    assert.equal(await sent(), "@07\r");
+    await stall(false);
+    await line("@0A4000,500,0,900,0,900,0,900");
+    await line("@0P");
+    await tab.click(".real button", "Stop both");
+    await until("STOP has gone out", async () => (await sent()) === "\u00fd");
+    await tab.seen(".entry-answer", "stopped by");
+    await line("@0V");
+    assert.equal(await sent(), "@0V\r");
+    // Whoever stands at a machine that goes on has to know.
+    await stall(true);
+    await line("@0Q");
+    await tab.click(".real button", "Stop both");
+    await tab.seen(".notice", "THE REAL MACHINE WAS NOT STOPPED");
+    await tab.seen(".real .alarm", "THE REAL MACHINE WAS NOT STOPPED");
+    assert.equal(await sent(), "");
+    await tab.look(() => window.release());
+    await tab.seen(".notice", "Only now");
+    assert.equal(await sent(), "\u00fd");
+    // What hangs hinders nobody to begin again.
+    await stall(true);
+    await line("@0W");
+    await tab.click(".real button", "Disconnect");
+    await tab.seen(".real button", "Connect");
+    await tab.look(() => void (window.isStalled = false));
+    await tab.click(".real button", "Connect");
+    await tab.seen(".real button", "Disconnect");
+    await line("@08");
+    assert.equal(await sent(), "@08\r");
+    assert.deepEqual(tab.complaints, []);
   } finally {
     await own.end();
     await site.end();

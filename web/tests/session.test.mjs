@@ -9,7 +9,7 @@ const load = async (path) => {
   });
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 };
-const { written, read } = await load("link.ts");
+const { OfAnother, written, read } = await load("link.ts");
 const { escaped, recorded, saidSince, verdict } = await load("exchange.ts");
 const { kindOf } = await load("files.ts");
 
@@ -32,6 +32,7 @@ test("what is no link of ours is none, and one that is not whole is refused", as
   for (const wrong of [link.slice(0, -7), `${link.slice(0, 9)}!!`, "#1.", "#1.AAAA", await packed([1, 2]), await packed(["imc4", "mill", 0, [[-1, "send", "x"]]]), await packed(["imc4", "mill", 0, [["1", "send", "x"]]])]) {
     await assert.rejects(read(wrong), undefined, wrong);
   }
+  await assert.rejects(read("#2.AAAA"), OfAnother);
 });
 
 test("a link that unpacks to far too much is not unpacked", async () => {
@@ -47,7 +48,7 @@ async function packed(what) {
 
 test("bytes decide before times do, and times within the tolerance are the same", () => {
   const one = (bytes, after) => ({ bytes, after });
-  const of = (real, virtual, isLast = false) => verdict({ line: "@0P", real, virtual, causes: [] }, isLast);
+  const of = (real, virtual, isLast = false) => verdict({ line: "@0P", real, virtual, causes: [], isApart: false }, isLast);
   assert.equal(of(one("0", 30), one("0", 0)), "same");
   assert.equal(of(one("0", 51), one("0", 0)), "time");
   // A hundredth of ten seconds is more than 50 ms.
@@ -60,6 +61,8 @@ test("bytes decide before times do, and times within the tolerance are the same"
   assert.equal(of(one("", null), one("0", 1), true), "open");
   assert.equal(of(one("0", 1), one("000", 1), true), "open");
   assert.equal(of(one("H", 1), one("0", 1), true), "bytes");
+  // Where the virtual one has done something else besides there is nothing to compare.
+  assert.equal(verdict({ line: "@0P", real: one("H", 1), virtual: one("0", 1), causes: [], isApart: true }, false), "apart");
 });
 
 test("what is said is put together as the journal writes bytes", () => {

@@ -23,11 +23,12 @@ export async function host(more) {
   const told = { bytes: 0, paths: [] };
   let [held, missing] = [null, null];
   const waiting = [];
+  const others = new Map();
   const server = createServer(async (request, response) => {
     const path = new URL(request.url, "http://host").pathname;
     told.paths.push(path);
     const name = path === "/" ? "index.html" : path.slice(1);
-    const body = await readFile(new URL(name, folder)).catch(() => null);
+    const body = others.get(name) ?? await readFile(new URL(name, folder)).catch(() => null);
     if (!body || name.includes("..") || missing?.test(name)) {
       if (more && await more(request, response)) return;
       response.writeHead(404).end();
@@ -46,7 +47,11 @@ export async function host(more) {
     hold: (names) => void (held = names),
     /** What cannot be had for a while. */
     miss: (names) => void (missing = names),
+    /** What stands there instead. */
+    put: (name, body) => void others.set(name, body),
+    read: (name) => readFile(new URL(name, folder), "utf8"),
     letGo() {
+      others.clear();
       held = missing = null;
       for (const go of waiting.splice(0)) go();
     },

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use vimc4_catalogue::{Controller, Details, State};
 use vimc4_debug::{Debugger, Wired};
 use vimc4_device::{
-    Activity, Device, Fact, Fault, FaultView, Input, Kinds, LineState, Output, Point, RuleView,
-    Running, Signal, SignalId, Time, View,
+    Activity, CommandNumber, Device, Event, Fact, Fault, FaultView, Input, Kinds, LineState,
+    Output, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View, Warning,
 };
 
 /// A controller at its line with its history and a debugger on it, as a device: whatever is done to it is kept.
@@ -14,13 +14,21 @@ use vimc4_device::{
 pub(crate) struct Kept {
     pub(crate) debugger: Debugger,
     out: VecDeque<Output>,
+    /// What commands meant when they came, until that is told: those behind them may change what they mean.
+    meant: VecDeque<(CommandNumber, String)>,
     wanted: Kinds,
 }
 
 /// A controller that remembers.
 pub(crate) fn kept(controller: Controller) -> Kept {
     let debugger = Debugger::new(controller);
-    Kept { debugger, out: VecDeque::new(), wanted: Kinds::ALL }
+    Kept { debugger, out: VecDeque::new(), meant: VecDeque::new(), wanted: Kinds::ALL }
+}
+
+/// What a command meant when it came, if that has been kept for whoever tells of it.
+pub(crate) fn meant(kept: &mut Kept, number: CommandNumber) -> Option<String> {
+    let place = kept.meant.iter().position(|(own, _)| *own == number)?;
+    kept.meant.drain(..=place).next_back().map(|(_, text)| text)
 }
 
 /// The controller itself.
@@ -35,12 +43,43 @@ impl Kept {
 
     /// What has come out meanwhile.
     fn collect(&mut self) {
-        let outputs = self.debugger.history_mut().drain();
-        let wanted = self.wanted;
-        self.out.extend(outputs.filter(|output| match output {
-            Output::Event(_, event) => wanted.contain(event.kind()),
-            _ => true,
-        }));
+        let outputs: Vec<Output> = self.debugger.history_mut().drain().collect();
+        for output in outputs {
+            match &output {
+                Output::Event(_, event) if !self.wanted.contain(event.kind()) => continue,
+                Output::Event(
+                    Stamp { command: Some(number), .. },
+                    Event::Command { bytes, .. },
+                ) => {
+                    let meaning = self.line().explain(bytes);
+                    self.meant.push_back((*number, meaning));
+                }
+                _ => {}
+            }
+            self.out.push_back(output);
+        }
+    }
+
+    /// What did not fit of bytes that came together is one thing that has happened: a controller of isel says
+    /// it after the last of them. The history gives them one by one, and so it is said of each.
+    fn gather_lost(&mut self, from: usize) {
+        let lost = |output: &Output| match output {
+            Output::Event(_, Event::Warning(Warning::ReceiveOverflow { lost })) => Some(*lost),
+            _ => None,
+        };
+        let all: u64 = self.out.range(from..).filter_map(lost).sum();
+        if all < 2 || self.details().isel().is_none() {
+            return;
+        }
+        let mut last = None;
+        for output in self.out.split_off(from) {
+            match output {
+                Output::Event(stamp, _) if lost(&output).is_some() => last = Some(stamp),
+                output => self.out.push_back(output),
+            }
+        }
+        let warning = Event::Warning(Warning::ReceiveOverflow { lost: all });
+        self.out.extend(last.map(|stamp| Output::Event(stamp, warning)));
     }
 
     /// Does the next thing that is due by then.
@@ -68,7 +107,9 @@ impl Device for Kept {
         }
         let given = history.present().moment.inputs + 1;
         let at = at.max(history.now());
+        let before = self.out.len();
         while self.debugger.place().moment.inputs < given && self.act(at) {}
+        self.gather_lost(before);
     }
 
     fn poll_output(&mut self) -> Option<Output> {
@@ -87,6 +128,7 @@ impl Device for Kept {
     /// The past stays: from here on there is another branch.
     fn restore(&mut self, state: LineState<State>) {
         self.out.clear();
+        self.meant.clear();
         self.debugger.history_mut().put_back("put back", state);
     }
 

@@ -27,12 +27,17 @@ use leaves;
 /// A controller remembers nothing.
 pub(crate) mod kept {
     use vimc4_catalogue::Controller;
-    use vimc4_device::Line;
+    use vimc4_device::{CommandNumber, Line};
 
     pub(crate) type Kept = Line<Controller>;
 
     pub(crate) fn kept(controller: Controller) -> Kept {
         Line::ideal(controller)
+    }
+
+    /// Commands are told of one by one, so that each means what it means now.
+    pub(crate) fn meant(_: &mut Kept, _: CommandNumber) -> Option<String> {
+        None
     }
 
     pub(crate) fn bare(kept: &Kept) -> &Controller {

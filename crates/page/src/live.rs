@@ -19,7 +19,7 @@ use vimc4_device::{
 };
 use vimc4_journal::Picture;
 
-use crate::kept::{Kept, bare, kept};
+use crate::kept::{Kept, bare, kept, meant};
 use crate::pace::Pace;
 use crate::recorder::{Recorder, written};
 
@@ -106,7 +106,13 @@ impl Live {
     fn tell(&mut self, at: Time, what: What) {
         let report = Report { controller: "1".into(), at, what };
         let Live { line, ear, recorder, .. } = self;
-        let explain = |command: &[u8]| line.explain(command);
+        let meaning = match &report.what {
+            What::Event { command: Some(number), event: Event::Command { .. } } => {
+                meant(line, *number)
+            }
+            _ => None,
+        };
+        let explain = |command: &[u8]| meaning.clone().unwrap_or_else(|| line.explain(command));
         if matches!(report.what, What::Event { .. } | What::News(_)) {
             ear.report(&report, &explain);
         }

@@ -1,4 +1,5 @@
-// Faults at a click: what goes wrong on the line and at the machine, and what is wrong now.
+// Faults at a click: what goes wrong on the line and at the machine, and what is wrong now. Beside them rules, by which
+// things happen by themselves.
 import type { App, Part } from "../app";
 import { card, h, Rebuilt } from "../dom";
 import type { Machine } from "../machine";
@@ -12,8 +13,12 @@ const READY = [
   ["powerFailure", "power-off for 1s"],
 ] as const;
 
+/** How a rule begins, and no fault. */
+const isRule = (text: string) => /^\s*(when|while|at|every|rule)\b/.test(text);
+
 export function faults(app: App): Part {
-  const begin = (fault: string) => app.act((path) => app.api.post(`${path}/faults`, { fault }));
+  const begin = (text: string) => app.act((path) =>
+    (isRule(text) ? app.api.post(`${path}/rules`, { rules: text }) : app.api.post(`${path}/faults`, { fault: text })));
   const jams = h("span", { class: "jams" });
   const jamRows = new Rebuilt(jams);
   const ways = h("datalist", { id: "fault-ways" });
@@ -24,7 +29,8 @@ export function faults(app: App): Part {
   // What can be written next, as standard input completes it.
   const complete = async () => {
     const path = `/controllers/${app.machine?.number ?? 1}/completions?line=`;
-    const found = await app.api.get<{ line: string; about: string }[]>(path + encodeURIComponent(`fault ${field.value}`)).catch(() => []);
+    const begun = isRule(field.value) ? field.value : `fault ${field.value}`;
+    const found = await app.api.get<{ line: string; about: string }[]>(path + encodeURIComponent(begun)).catch(() => []);
     ways.replaceChildren(...found.map(({ line, about }) =>
       h("option", { value: line.replace(/^fault /, "") }, about ?? "")));
   };
@@ -50,13 +56,21 @@ export function faults(app: App): Part {
       const axes = machine.about.axes.filter((axis) => axis.scale).map((axis) => axis.name);
       jamRows.from(axes, () => axes.map((name) =>
         h("button", { title: `fault jam ${name.toLowerCase()}`, attrs: { "data-once": "" }, onclick: () => void begin(`jam ${name.toLowerCase()}`) }, `${say("jamAxis")} ${name}`)));
-      rows.from(machine.faults, () => {
-        const active = machine.faults.filter((fault) => fault.stage !== "over");
-        const shown = active.map(({ number, fault, struck }) =>
-          h("li", {}, h("code", {}, fault), h("span", { class: "note" }, `${figure(struck)} ${say("times")}`),
-            h("button", { onclick: () => void app.act((path) => app.api.delete(`${path}/faults/${number}`)), attrs: { "data-once": "", "aria-label": `${say("end")}: ${fault}` } }, say("end"))));
-        const all = h("li", {}, h("button", { onclick: () => void app.act((path) => app.api.delete(`${path}/faults`)) }, say("endAll")));
-        return active.length > 1 ? [...shown, all] : shown;
+      rows.from([machine.faults, machine.rules], () => {
+        const gone = (what: string) => app.act((path) => app.api.delete(`${path}/${what}`));
+        const row = (text: string, count: string, what: string) =>
+          h("li", {}, h("code", {}, text), h("span", { class: "note" }, count),
+            h("button", { onclick: () => void gone(what), attrs: { "data-once": "", "aria-label": `${say("end")}: ${text}` } }, say("end")));
+        const faults = machine.faults.filter(({ stage }) => stage !== "over")
+          .map(({ number, fault, struck }) => row(fault, `${figure(struck)} ${say("times")}`, `faults/${number}`));
+        const rules = machine.rules.filter(({ stage }) => stage !== "over")
+          .map(({ scenario, rule, acted }) => row(rule, `${figure(acted)} ${say("acted")}`, `rules/${scenario}`));
+        const endAll = async () => {
+          if (faults.length > 0) await gone("faults");
+          if (rules.length > 0) await gone("rules");
+        };
+        const all = h("li", {}, h("button", { onclick: () => void endAll() }, say("endAll")));
+        return faults.length + rules.length > 1 ? [...faults, ...rules, all] : [...faults, ...rules];
       });
     },
   };
