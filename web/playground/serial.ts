@@ -261,12 +261,11 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
   const halt = async () => {
     const { line } = it;
     // Neither waits for the other.
-    const virtual = app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
+    void app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
     if (line) {
       const stopped = line.stop();
       it.isUnstopped = !await patiently(stopped).catch(() => false);
       if (it.isUnstopped) {
-        await virtual;
         app.onNotice(tell("notStopped"), true, true);
         // It may still come to that.
         stopped.then(() => {

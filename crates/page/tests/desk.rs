@@ -41,6 +41,25 @@ fn every_route_of_the_api_is_answered() {
 }
 
 #[test]
+fn what_does_not_fit_is_told_of_once_for_bytes_that_came_together() {
+    let mut desk = Desk::new();
+    let mut ask = done(&mut desk);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "line", json!({ "send": "@07\r@0A5000,100,0,900,0,900,0,900\r" }));
+    ask("POST", "clock/advance", json!({ "span": "1s" }));
+    for _ in 0..3 {
+        ask("POST", "line", json!({ "send": "@0P\r".repeat(400) }));
+    }
+    let journal = ask("GET", "journal?kinds=warning", Value::Null);
+    let lost = journal["entries"].as_array().unwrap();
+    assert!((2..=3).contains(&lost.len()), "{journal}");
+    assert_eq!(
+        lost[lost.len() - 1]["text"],
+        "warning: the receive buffer was full, 1600 bytes were lost"
+    );
+}
+
+#[test]
 fn time_passes_where_it_is_heard_and_nowhere_else() {
     let mut desk = Desk::new();
     let one = "/v1/controllers/1";
