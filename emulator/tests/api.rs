@@ -574,6 +574,27 @@ fn the_past_has_all_that_was_lived() -> Outcome {
     Ok(())
 }
 
+/// A moment is looked at after all that happened then, the first one too.
+fn the_first_moment_has_what_happened_then() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "instant", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| {
+        let (status, said) = request(&address, method, path, &body);
+        assert_eq!(status, 200, "{path} {body}: {said}");
+        said
+    };
+    ask("POST", "/rules", json!({ "rules": "when x > 600: press stop" }));
+    ask("POST", "/line", json!({ "send": "@01\r@0A900,3000\r" }));
+    let lived = ask("GET", "/journal?kinds=command", Value::Null)["entries"][1].clone();
+    assert_eq!(lived["at"], 0);
+    assert_eq!(ask("POST", "/history/go", json!({ "at": 0 }))["at"], 0);
+    let said = ask("POST", "/debugger", json!({ "line": "where" }))["text"].clone();
+    assert!(said.as_str().is_some_and(|said| said.contains("#2 @0A900,3000")), "{said}");
+    ask("POST", "/history/take", Value::Null);
+    assert_eq!(ask("GET", "/rules", Value::Null)[0]["acted"], 0);
+    Ok(())
+}
+
 /// A debugger has breakpoints of its own: those of the API keep their numbers, and it is said whose paused.
 fn the_breakpoints_of_the_debugger_are_its_own() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -848,6 +869,11 @@ fn main() -> ExitCode {
             the_past_is_looked_at_branches_and_is_taken_over,
         ),
         trial("the_past_has_all_that_was_lived", "", the_past_has_all_that_was_lived),
+        trial(
+            "the_first_moment_has_what_happened_then",
+            "",
+            the_first_moment_has_what_happened_then,
+        ),
         trial(
             "the_breakpoints_of_the_debugger_are_its_own",
             "",

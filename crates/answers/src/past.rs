@@ -134,8 +134,9 @@ pub fn look_at(
             end.as_nanos()
         ));
     }
-    debugger.go_back_to_time(at);
-    debugger.history_mut().drain();
+    let history = debugger.history_mut();
+    history.go_to_time(at);
+    history.drain();
     Ok(())
 }
 

@@ -822,7 +822,7 @@ impl Debugger {
     }
 
     /// Goes back to a time, after everything that happens then; at the first time of all, before it.
-    pub fn go_back_to_time(&mut self, at: Time) {
+    pub(crate) fn go_back_to_time(&mut self, at: Time) {
         let beginning = self.beginning();
         match at > beginning.moment.at {
             true => self.history.go_to_time(at),
