@@ -12,10 +12,7 @@ use vimc4_timeline::{BranchId, History, Moment, Place};
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::feed::Standing;
 use crate::reel::Unread;
-use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable};
-
-/// A controller at its line: what goes wrong there, and what scenarios do, is debugged along.
-pub type Wired = Line<Controller>;
+use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable, Wired};
 
 /// A controller, its history, and the present moment in it.
 ///

@@ -32,11 +32,12 @@ mod unit;
 mod walk;
 mod whatif;
 mod why;
+mod wired;
 
 pub use answer::{Answer, Watched, Where};
 pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
 pub use complete::{Candidate, Completion};
-pub use debugger::{Bookmark, Debugger, Options, Wired, uninterrupted};
+pub use debugger::{Bookmark, Debugger, Options, uninterrupted};
 pub use error::DebugError;
 pub use execute::{script, span};
 pub use expression::Expression;
@@ -52,3 +53,4 @@ pub use table::{Directive, Follows, Group, TABLE};
 pub use unit::{Depth, Unit, Way};
 pub use whatif::{Apart, Differing, Parting, WhatIf};
 pub use why::{About, Chain, Change, Explanation, ExplanationKind};
+pub use wired::Wired;
