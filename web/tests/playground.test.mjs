@@ -165,8 +165,9 @@ for (const name of ["chromium", "firefox"]) {
       site.miss(/^page-.*\.wasm$/);
       const tab = await opened();
       await tab.send("@07");
+      const [start] = await tab.carriage();
       await tab.send("@0A500,5000,0,900,0,900,0,900");
-      await until("it is there", async () => /after/.test(await tab.text(".entry-answer", "after") ?? ""));
+      await until("it is there", async () => (await tab.carriage())[0] === start + 500);
       const there = await tab.carriage();
       const link = linked("imc4", "mill", 2e9, [[0, "send", "@07\r"], [1e6, "fault", "drop to-host once"], [1e6, "send", "@0A4000,2000,0,900,0,900,0,900\r"]]);
       await tab.look((link) => void (location.hash = link), link);
