@@ -232,8 +232,10 @@ export class App {
   /** Whether the server still has this entry: another one counts from 1 again. */
   private async still(number: number, entry: Entry): Promise<boolean> {
     const path = `/controllers/${number}/journal?after=${entry.number - 1}&limit=1`;
-    const { entries } = await this.api.get<{ entries: Entry[] }>(path);
-    return entries[0]?.number === entry.number && entries[0].at === entry.at;
+    const { entries: [there] } = await this.api.get<{ entries: Entry[] }>(path);
+    // Whatever begins anew begins at the same time.
+    const SAME = ["number", "at", "kind", "command", "bytes", "text"] as const;
+    return there !== undefined && SAME.every((part) => there[part] === entry[part]);
   }
 
   /** Asks for what is no event, soon. */
