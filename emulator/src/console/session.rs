@@ -8,11 +8,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[cfg(feature = "api")]
 use vimc4::Control;
 use vimc4::{Emulator, Report, Reports};
-#[cfg(feature = "api")]
 use vimc4_catalogue::{Details, Machine};
+#[cfg(feature = "api")]
+use vimc4_debug::Wired;
 use vimc4_debug::{
-    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, Wired,
-    uninterrupted,
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
 use vimc4_device::{Device, Time, View};
 #[cfg(feature = "api")]
