@@ -48,7 +48,9 @@ struct Told {
 fn told(session: &Session, chance: &mut Chance) -> Told {
     let model = vimc4_catalogue::model(session.model).expect(session.model);
     let machine = Machine::from_toml(&session.machine).expect("a machine").into();
-    let mut new = Line::ideal(bare(&model, &machine, &[]).expect("an empty memory"));
+    let new = bare(&model, &machine, &[]).expect("an empty memory");
+    // On every third line characters take their time.
+    let mut new = if chance.below(3) == 0 { Line::paced(new) } else { Line::ideal(new) };
     new.watch(Kinds::ALL);
     let names = Names::of(&new);
     let mut at = Time::ZERO;
@@ -101,8 +103,12 @@ impl Told {
 
     /// The same session with a history that keeps few states.
     fn history(&self, chance: &mut Chance) -> History<Wired> {
-        let limits =
-            Limits { spacing: 1 + chance.below(12), snapshots: 2 + chance.below(30) as usize };
+        let limits = Limits {
+            spacing: 1 + chance.below(12),
+            snapshots: 2 + chance.below(30) as usize,
+            stride: 1 + chance.below(12),
+            waypoints: chance.below(30) as usize,
+        };
         let mut history = History::within(self.new.clone(), limits);
         history.watch(Kinds::ALL);
         for timed in &self.inputs {

@@ -8,6 +8,7 @@ use vimc4_device::{Device, Input, Kinds, Output, Time, TimedInput, show_nanos};
 use crate::search::{ACTS_BETWEEN, ByAct};
 use crate::snapshots::{Kept, Snapshots};
 use crate::tape::Tape;
+use crate::waypoints::{Waypoint, Waypoints};
 use crate::{Act, BranchId, Found, Moment, Place, Progress, Sought, Stretch, Which};
 
 /// Everything that has happened to a device, and the device as it was or is at one moment of it.
@@ -49,7 +50,10 @@ pub struct History<D: Device> {
     /// How many acts lie between the last snapshot of the branch and the present, if that is
     /// behind it.
     since: u64,
+    /// How many acts lie between the last known state on the way and the present.
+    passed: u64,
     outputs: VecDeque<Output>,
+    waypoints: Waypoints<D::State>,
     /// The branches by their numbers. The first is the one that everything began with.
     tracks: Vec<Track<D::State>>,
     limits: Limits,
@@ -68,18 +72,23 @@ struct Track<S> {
 /// How much is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The number of acts between two snapshots. A step back costs at most this many acts, or a
-    /// multiple of it where old snapshots have been thinned out.
+    /// The number of acts between two snapshots. To go anywhere costs at most this many acts. When
+    /// there are too many snapshots, every second one goes and the spacing is doubled.
     pub spacing: u64,
     /// How many snapshots are kept for a branch. At least two.
     pub snapshots: usize,
+    /// The number of acts between two of the states that are kept besides on the ways that were gone
+    /// last. Where one has just been, a step back costs some times this many acts.
+    pub stride: u64,
+    /// How many of these are kept, for all branches together.
+    pub waypoints: usize,
 }
 
-/// Suits millions of commands: a step back takes less than a millisecond, and all snapshots of a
+/// Suits millions of commands: a step back takes less than a millisecond, and all states of a
 /// branch take a few MB.
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { spacing: 8_192, snapshots: 8_192 }
+        Limits { spacing: 8_192, snapshots: 8_192, stride: 64, waypoints: 1_024 }
     }
 }
 
@@ -135,8 +144,10 @@ impl<D: Device> History<D> {
             acted: first.at,
             present: Place { branch: BranchId(0), moment: first },
             since: 0,
+            passed: 0,
             device,
             outputs,
+            waypoints: Waypoints::new(),
             tracks: vec![trunk],
             limits,
         }
@@ -220,7 +231,7 @@ impl<D: Device> History<D> {
         (from..).map_while(input)
     }
 
-    /// The moments of a branch whose states are kept. All other moments are reached from these.
+    /// The moments of a branch whose states are kept. All other moments can be reached from these.
     pub fn snapshots(&self, branch: BranchId) -> impl Iterator<Item = Moment> {
         let track = self.tracks.get(branch.0 as usize);
         track.into_iter().flat_map(|track| track.snapshots.iter().map(|kept| kept.moment))
@@ -234,6 +245,7 @@ impl<D: Device> History<D> {
             usage.input_bytes += track.tape.size();
             usage.snapshots += track.snapshots.len() as u64;
         }
+        usage.snapshots += self.waypoints.len() as u64;
         let each = size_of::<Kept<D::State>>() as u64;
         usage.snapshot_bytes = usage.snapshots * each;
         usage
@@ -450,8 +462,10 @@ impl<D: Device> History<D> {
                 break None;
             }
             let kept = track.snapshots.before(place.moment);
-            let from = kept.moment;
+            let mut from = kept.moment;
             if sought.can_be_in(&kept.stretch) {
+                let nearer = self.waypoints.before(place.branch, from, place.moment);
+                from = nearer.unwrap_or(from);
                 self.restore(Place { branch: place.branch, moment: from });
                 sought.begin(&self.device);
                 let mut last = None;
@@ -538,7 +552,7 @@ impl<D: Device> History<D> {
         self.wait_until(at.min(end.at));
     }
 
-    /// Goes to a kept moment before a time, or to the first of a branch that begins then, on the branch on
+    /// Goes to a known state before a time, or to the first of a branch that begins then, on the branch on
     /// which the present continues, or on those it came from. Returns the end of the branch.
     fn go_to_before(&mut self, at: Time) -> Moment {
         let mut branch = self.heading;
@@ -549,8 +563,9 @@ impl<D: Device> History<D> {
             branch = parting.branch;
             track = &self.tracks[branch.0 as usize];
         }
-        let (end, from) = (track.end, track.snapshots.earlier(at).moment);
-        self.restore(Place { branch, moment: from });
+        let (end, kept) = (track.end, track.snapshots.earlier(at).moment);
+        let moment = self.waypoints.earlier(branch, kept, at).unwrap_or(kept);
+        self.restore(Place { branch, moment });
         end
     }
 
@@ -753,10 +768,21 @@ impl<D: Device> History<D> {
         self.present.moment = moment;
         let track = &mut self.tracks[self.present.branch.0 as usize];
         self.since = if moment <= track.snapshots.last().moment { 0 } else { self.since + 1 };
-        if moment <= track.end {
+        let is_new = moment > track.end;
+        if is_new {
+            track.end = moment;
+        }
+        // Like snapshots, waypoints are just after an act, which every later replay passes too.
+        self.passed += u64::from(act.is_some());
+        if act.is_some() && self.passed >= self.limits.stride.max(1) {
+            let (device, since) = (&self.device, self.since);
+            let state = || Waypoint { state: device.state(), since };
+            self.waypoints.pass(self.present, self.limits.waypoints, state);
+            self.passed = 0;
+        }
+        if !is_new {
             return;
         }
-        track.end = moment;
         let stretch = track.snapshots.open_stretch();
         self.outputs.range(before..).for_each(|output| stretch.saw(output));
         let (low, high) = match act {
@@ -770,7 +796,7 @@ impl<D: Device> History<D> {
         };
         stretch.reaches(&low, &high);
         // A snapshot is taken just after an act, a place that every later replay passes too.
-        if self.since >= self.limits.spacing.max(1) {
+        if self.since >= track.snapshots.spacing(self.limits.spacing) {
             let state = self.device.state();
             let stretch = Stretch::new(&self.device, self.watched);
             track.snapshots.push(Kept { moment, state, stretch }, self.limits.snapshots);
@@ -793,7 +819,9 @@ impl<D: Device> History<D> {
         if place.moment < track.snapshots.first().moment || place.moment > track.end {
             return false;
         }
-        let from = track.snapshots.not_after(place.moment).moment;
+        let kept = track.snapshots.not_after(place.moment).moment;
+        let nearer = self.waypoints.not_after(place.branch, kept, place.moment);
+        let from = nearer.unwrap_or(kept);
         let here = self.present;
         let on_the_way =
             here.branch == place.branch && (from..=place.moment).contains(&here.moment);
@@ -815,12 +843,17 @@ impl<D: Device> History<D> {
 
     /// Goes to a moment whose state is kept.
     fn restore(&mut self, kept: Place) {
-        let track = &self.tracks[kept.branch.0 as usize];
-        let Kept { moment, state, .. } = track.snapshots.not_after(kept.moment);
-        self.present = Place { branch: kept.branch, moment: *moment };
-        self.acted = moment.at;
-        self.since = 0;
+        let (state, since) = match self.waypoints.get(kept) {
+            Some(Waypoint { state, since }) => (state, *since),
+            None => {
+                let track = &self.tracks[kept.branch.0 as usize];
+                (&track.snapshots.not_after(kept.moment).state, 0)
+            }
+        };
         self.device.restore(state.clone());
+        self.present = kept;
+        self.acted = kept.moment.at;
+        (self.since, self.passed) = (since, 0);
         self.outputs.clear();
     }
 
@@ -835,7 +868,7 @@ impl<D: Device> History<D> {
         self.present = Place { branch, moment: first };
         self.heading = branch;
         self.acted = first.at;
-        self.since = 0;
+        (self.since, self.passed) = (0, 0);
     }
 
     fn track(&self) -> &Track<D::State> {

@@ -14,6 +14,7 @@ mod search;
 mod snapshots;
 mod stretch;
 mod tape;
+mod waypoints;
 
 pub use history::{Branch, History, Limits, Usage};
 pub use moment::{Act, BranchId, Moment, Place};

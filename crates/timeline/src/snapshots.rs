@@ -4,13 +4,15 @@ use vimc4_device::Time;
 
 use crate::{Moment, Stretch};
 
-/// The states of a branch at some of its moments, sparser the older they are. The first always
-/// stays. With each goes what is known of the stretch from it to the next.
+/// The states of a branch at some of its moments, evenly spaced. The first always stays. With each
+/// goes what is known of the stretch from it to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Snapshots<S> {
     /// Never empty.
     first: Kept<S>,
     later: Vec<Kept<S>>,
+    /// How often every second one has gone.
+    thinned: u32,
 }
 
 /// A state, the moment it belongs to, and the stretch from there to the next.
@@ -24,7 +26,7 @@ pub(crate) struct Kept<S> {
 impl<S> Snapshots<S> {
     /// With the first state of a branch.
     pub(crate) fn new(first: Kept<S>) -> Snapshots<S> {
-        Snapshots { first, later: Vec::new() }
+        Snapshots { first, later: Vec::new(), thinned: 0 }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -69,15 +71,17 @@ impl<S> Snapshots<S> {
         self.nth(self.later.partition_point(|kept| kept.moment.at < at))
     }
 
-    /// Adds a state after all others. Where there are more than `most`, every second one of the
-    /// older half goes: what was kept at even distances ends up at distances that grow with age.
+    /// The number of acts between two of them that were so far apart at first.
+    pub(crate) fn spacing(&self, first: u64) -> u64 {
+        first.max(1).saturating_mul(1_u64.checked_shl(self.thinned).unwrap_or(u64::MAX))
+    }
+
+    /// Adds a state after all others. Where there are as many as may be, every second one goes.
     pub(crate) fn push(&mut self, kept: Kept<S>, most: usize) {
-        self.later.push(kept);
-        if self.len() > most.max(2) {
-            let half = self.later.len().div_ceil(2);
+        if self.len() >= most.max(2) {
             let mut thinned: Vec<Kept<S>> = Vec::with_capacity(self.later.len());
             for (place, kept) in self.later.drain(..).enumerate() {
-                if place < half && place % 2 == 0 {
+                if place % 2 == 0 {
                     let before = thinned.last_mut().unwrap_or(&mut self.first);
                     before.stretch.join(&kept.stretch);
                 } else {
@@ -85,7 +89,9 @@ impl<S> Snapshots<S> {
                 }
             }
             self.later = thinned;
+            self.thinned += 1;
         }
+        self.later.push(kept);
     }
 
     /// The first for 0, then the later ones.

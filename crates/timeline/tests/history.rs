@@ -160,7 +160,7 @@ fn a_place_that_is_none_is_not_gone_to() {
 
 #[test]
 fn what_is_looked_for_is_found_either_way() {
-    let mut history = driven(Limits { spacing: 3, snapshots: 8 });
+    let mut history = driven(Limits { spacing: 3, snapshots: 8, ..Limits::default() });
     let line_ends = |act| act == Act::Byte(b'\r');
     assert!(history.find_last(|_, act, _| act.is_some_and(line_ends)));
     assert_eq!(history.present().moment, moment(2, 0, 0, 50));
@@ -178,20 +178,59 @@ fn what_is_looked_for_is_found_either_way() {
     assert!(!history.find_next(ms(1_000), |_, _, _| true));
 }
 
-#[test]
-fn snapshots_thin_out_with_age() {
-    let mut history = History::within(Cart::default(), Limits { spacing: 10, snapshots: 16 });
-    for number in 0..2_000 {
+/// One of so many moves of one step, two milliseconds each.
+fn moved(moves: u64, limits: Limits) -> History<Cart> {
+    let mut history = History::within(Cart::default(), limits);
+    for number in 0..moves {
         history.give(Input::Bytes(b"m1\r"));
         history.run_to(ms(2 * (number + 1)));
     }
+    history.drain();
+    history
+}
+
+#[test]
+fn states_are_bounded_and_anything_is_found_between_them() {
+    let limits = Limits { spacing: 10, snapshots: 16, stride: 3, waypoints: 20 };
+    let mut history = moved(2_000, limits);
     let usage = history.usage();
     assert_eq!(usage.inputs, 2_000);
-    assert!((8..=16).contains(&usage.snapshots), "{usage:?}");
+    assert!((8 + 20..=16 + 20).contains(&usage.snapshots), "{usage:?}");
     assert!(usage.input_bytes < 200_000, "{usage:?}");
     assert!(usage.snapshot_bytes >= usage.snapshots * 16, "{usage:?}");
-    history.go_to_time(ms(3_001));
-    assert_eq!(history.device().view(ms(3_001)).axes[0].position, 1_501);
+    // 2,000 times three bytes, a line that is done, and the end of a motion: none is far from a state.
+    let moments: Vec<Moment> = history.snapshots(BranchId(0)).collect();
+    let farthest = moments.windows(2).map(|pair| pair[1].inputs - pair[0].inputs).max().unwrap();
+    assert!(farthest <= 2 * 2_000 / 8, "{farthest} moves between two of {moments:?}");
+    for at in [3_001, 1, 2_500, 3_999] {
+        history.go_to_time(ms(at));
+        assert_eq!(history.device().view(ms(at)).axes[0].position, (at as i64 + 1) / 2);
+    }
+    assert_eq!(history.usage().snapshots, usage.snapshots);
+}
+
+#[test]
+fn a_step_back_is_as_short_in_a_long_session_as_in_a_short_one() {
+    // All of it is one stretch without a state that is kept for good.
+    let limits = Limits { spacing: 1 << 30, stride: 16, waypoints: 64, ..Limits::default() };
+    let looked_at = |history: &mut History<Cart>| {
+        let mut acts = 0_u64;
+        for _ in 0..200 {
+            assert!(history.find_last(|_, _, _| {
+                acts += 1;
+                true
+            }));
+        }
+        acts
+    };
+    let most = 200 * limits.stride;
+    assert!(looked_at(&mut moved(100, limits)) <= most);
+    let mut long = moved(10_000, limits);
+    assert!(looked_at(&mut long) <= most);
+    // Where nobody has been for long, too: on the way there, states are kept again.
+    long.go_to_time(ms(10_000));
+    assert!(looked_at(&mut long) <= most);
+    assert!(long.usage().snapshots <= 1 + 64);
 }
 
 #[test]

@@ -42,7 +42,8 @@ pub fn walk(data: &[u8]) {
     let (Ok(model), Ok(machine)) = (model(name), machine(&setup.machine().name)) else { return };
     let Ok(device) = bare(&model, &machine, &[]) else { return };
     let mut chance = Chance::of(data);
-    let limits = Limits { spacing: 1 + chance.below(60), snapshots: 2 + chance.below(20) as usize };
+    let (spacing, snapshots) = (1 + chance.below(60), 2 + chance.below(20) as usize);
+    let limits = Limits { spacing, snapshots, stride: 7, waypoints: 20 };
     let mut history = History::within(Line::ideal(device), limits);
     history.watch(Kinds::ALL);
     perform(&mut history, operations, &mut chance);

@@ -69,7 +69,8 @@ struct Wandering<D: Device> {
 
 fn wander<D: Device + Clone>(mut new: D, operations: &[u8], mut chance: Chance) {
     new.watch(Kinds::ALL);
-    let limits = Limits { spacing: 1 + chance.below(40), snapshots: 2 + chance.below(6) as usize };
+    let (spacing, snapshots) = (1 + chance.below(40), 2 + chance.below(6) as usize);
+    let limits = Limits { spacing, snapshots, stride: 7, waypoints: 20 };
     let history = History::within(new.clone(), limits);
     let mut wandering = Wandering { new, history, chance, kept: Vec::new(), moments: 0 };
     for operation in Operations::new(operations).take(OPERATIONS_MAX) {

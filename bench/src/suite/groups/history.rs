@@ -15,6 +15,9 @@ use crate::suite::usage::Memory;
 /// How many places are visited.
 const PLACES: u64 = 200;
 
+/// How many commands are gone back one after the other.
+const ROW: u64 = 60;
+
 /// How much memory a million commands may take, bytes.
 const MOST_MEMORY: f64 = 256e6;
 
@@ -61,7 +64,8 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         chance ^= chance << 17;
         chance % below.max(1)
     };
-    let (mut backs, mut scrubs) = (Sample::default(), Sample::default());
+    let (mut backs, mut scrubs, mut rows) =
+        (Sample::default(), Sample::default(), Sample::default());
     for _ in 0..PLACES {
         let at = Time::from_nanos(random(end.moment.at.as_nanos()));
         let began = Instant::now();
@@ -73,6 +77,11 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         if !matches!(stop.why, Reason::Step(_) | Reason::Beginning) {
             return Err(Failure::new(format!("a step back at {at:?}: {}", stop.why)));
         }
+        let began = Instant::now();
+        for _ in 0..ROW {
+            debugger.step(Unit::Command, Way::Back, Depth::Into, 1, &mut uninterrupted);
+        }
+        rows.add(began.elapsed().as_nanos() as f64);
     }
     let mut sampled = |what: &str, sample: &Sample, target: f64| {
         let worst = sample.quantile(1.0);
@@ -81,6 +90,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         section.add(figure.target(format!("≤ {} each", nanos(target)), worst <= target));
     };
     sampled("a command back, anywhere", &backs, 20e6);
+    sampled(&format!("{ROW} more commands back, one after the other"), &rows, 100e6);
     sampled("to any time", &scrubs, 50e6);
     section.note(format!(
         "{commands} moves and questions of an IMC4, one after the answer to the other; a debugger \
