@@ -240,9 +240,10 @@ test("a session that cannot begin leaves the one that is there as it is", () => 
   const session = new Session(relay, () => now);
   const begin = (deeds, model = "imc4") => session.ask("PUT", "/session", { model, machine: "mill", deeds, at: 2_000_000_000 });
   assert.equal(begin([[0, "send", "@07\r@0A4000,2000,0,900,0,900,0,900\r"]]).status, 200);
-  const there = () => ["/session", `${own}/journal`, `${own}/position`, `${own}/clock`].map((path) => session.ask("GET", path).body);
+  const there = () => [`${own}/journal`, `${own}/position`, `${own}/clock`].map((path) => session.ask("GET", path).body);
   const before = there();
-  assert.ok(before[2].axes.X > 0, "it has moved");
+  assert.ok(before[1].axes.X > 0, "it has moved");
+  assert.throws(() => session.ask("GET", "/session"), Later);
   // The first deeds can be done at once, and then something can not.
   const late = [[0, "send", "@07\r"], [1_000_000, "fault", "drop to-host once"], [1_000_000, "send", "@0A9,900,0,900,0,900\r"]];
   for (const [deeds, model] of [[late], [[], "smcu"]]) {
@@ -251,8 +252,11 @@ test("a session that cannot begin leaves the one that is there as it is", () => 
   }
   relay.handOver(makeWhole);
   assert.deepEqual(there(), before);
+  const told = session.ask("GET", "/session").body;
+  assert.deepEqual(told, { model: "imc4", machine: "mill", deeds: [[0, "send", "@07\r@0A4000,2000,0,900,0,900,0,900\r"]], at: 2_000_000_000 });
   assert.equal(begin([], "nothing").status, 404);
   assert.deepEqual(there(), before);
+  assert.deepEqual(session.ask("GET", "/session").body, told);
   assert.equal(begin(late).status, 200);
   assert.equal(session.ask("GET", `${own}/faults`).body.length, 1);
   now = 10;
@@ -264,6 +268,33 @@ test("a session that cannot begin leaves the one that is there as it is", () => 
   assert.equal(session.ask("POST", `${own}/rules`, { rules: "when y > 9: press stop" }).status, 200);
   assert.equal(session.ask("DELETE", `${own}/rules`).status, 200);
   assert.deepEqual(session.ask("GET", "/session").body.deeds.map(([, ...deed]) => deed).slice(-2), [["rules", "when y > 9: press stop"], ["end-rules", ""]]);
+});
+
+test("a link has what was typed in the debugger, where that has gone to in the past, and begins where it ended", async () => {
+  const own = "/controllers/1";
+  const session = () => new Session(new Relay(makeWhole), () => 0);
+  const one = session();
+  const is = (answer) => (assert.equal(answer.status, 200, JSON.stringify(answer.body)), answer.body);
+  is(one.ask("PUT", "/session", { model: "imc4", machine: "mill", deeds: [], at: 0 }));
+  const digest = (session) => is(session.ask("POST", `${own}/debugger`, { line: "digest" })).text;
+  const type = (...lines) => lines.forEach((line) => is(one.ask("POST", `${own}/debugger`, { line })));
+  const shared = () => {
+    const told = is(one.ask("GET", "/session"));
+    const other = session();
+    assert.deepEqual(is(other.ask("PUT", "/session", told)), { refused: [] });
+    assert.equal(digest(other), digest(one), JSON.stringify(told));
+    // What was done again is what was done.
+    assert.deepEqual(is(other.ask("GET", "/session")), told);
+    return told;
+  };
+  type("fault drop to-host 3%", "when x > 300: press stop", "send @07", "send @0A4000,2000,0,900,0,900,0,900", "continue");
+  assert.deepEqual(shared().deeds.map(([, ...deed]) => deed).slice(0, 2), [["order", "fault drop to-host 3%"], ["rules", "when x > 300: press stop"]]);
+  type("goto 100ms", "send @0P", "continue");
+  is(one.ask("PUT", `${own}/signals/cover`, { value: "open" }));
+  shared();
+  type("take", "press start", "continue");
+  is(one.ask("DELETE", `${own}/debugger`));
+  shared();
 });
 
 test("whatever it is asked, it answers", async () => {

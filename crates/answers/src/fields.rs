@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
+use std::time::Duration;
 
 use serde_json::{Map, Value};
+use vimc4_device::{NotADuration, parse_duration};
 
 use crate::problem::{Kind, Problem};
 
@@ -246,6 +248,23 @@ pub fn bytes_of(text: &str) -> Result<Vec<u8>, Problem> {
             format!("`{wrong}` is no byte"),
             "every character stands for the byte of its number: use those up to U+00FF",
         )
+    })
+}
+
+/// A span of time as a request says it.
+///
+/// # Errors
+///
+/// If it is none.
+pub fn span_of(text: &str) -> Result<Duration, Problem> {
+    parse_duration(text).map_err(|wrong| {
+        let remedy = match wrong {
+            NotADuration::TooLong => "send 5124095h at most: no time is longer",
+            _ => {
+                "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`"
+            }
+        };
+        Problem::new(Kind::NotUnderstood, format!("the span `{text}` {wrong}"), remedy)
     })
 }
 

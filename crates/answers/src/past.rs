@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_control::{Report, Sink, What};
-use vimc4_debug::{Debugger, Wired};
+use vimc4_debug::{Debugger, NUMBERED, Wired};
 use vimc4_device::{
-    Device, Input, Names, Output, OwnedInput, SignalKind, Time, escape, show_nanos,
+    Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape, show_nanos,
 };
 use vimc4_timeline::{BranchId, History, Moment, Place};
+
+use crate::fields::{bytes_of, no_such};
+use crate::problem::{Kind, Problem};
 
 /// The remedy of a line of the debugger that says none itself.
 pub const DEBUGGER_REMEDY: &str = "the line `help` lists all";
@@ -32,6 +35,123 @@ pub enum Goal {
     At(Option<u64>, Time),
     /// When a command began.
     Command(u64),
+}
+
+/// The moment that a request names; `entry` knows when an entry of the journal was.
+///
+/// # Errors
+///
+/// If that is none, or more than one, or there is no such entry.
+pub fn goal(
+    body: &Map<String, Value>,
+    entry: impl FnOnce(u64) -> Option<Time>,
+) -> Result<Goal, Problem> {
+    let number = |name: &str| body.get(name).and_then(Value::as_u64);
+    if let Some((name, value)) = body.iter().find(|(name, _)| number(name).is_none()) {
+        let detail = format!("`{name}` is not to be {value}");
+        return Err(Problem::new(Kind::WrongRequest, detail, "send a number from 0 on"));
+    }
+    let several = ["at", "command", "entry"].into_iter().filter(|name| number(name).is_some());
+    if several.count() > 1 {
+        let detail = "a moment is named by one of at, command and entry";
+        return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
+    }
+    if let Some(command) = number("command") {
+        return Ok(Goal::Command(command));
+    }
+    if let Some(wanted) = number("entry") {
+        let at = entry(wanted).ok_or_else(|| no_such("entry", &wanted.to_string()))?;
+        return Ok(Goal::At(None, at));
+    }
+    Ok(match (number("branch"), number("at")) {
+        (branch, Some(at)) => Goal::At(branch, Time::from_nanos(at)),
+        (Some(branch), None) => Goal::End(branch),
+        (None, None) => Goal::Now,
+    })
+}
+
+/// Why a command could not be looked at, for whoever has the journal at hand, and no lines.
+#[must_use]
+pub fn no_command(why: &str) -> String {
+    why.replace(NUMBERED, "the journal has their numbers")
+}
+
+/// The moment that a client sees, which it means: its branch and its time, as far as it says them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sight {
+    branch: Option<u64>,
+    at: Option<u64>,
+}
+
+impl Sight {
+    /// As a request says it.
+    #[must_use]
+    pub fn of(body: &Map<String, Value>) -> Sight {
+        let number = |name: &str| body.get(name).and_then(Value::as_u64);
+        Sight { branch: number("branch"), at: number("at") }
+    }
+
+    /// Whether that is looked at, where this [history] is told.
+    ///
+    /// # Errors
+    ///
+    /// If something else is, and what.
+    pub fn is_right(self, history: &Value) -> Result<(), Problem> {
+        let is =
+            |seen: Option<u64>, now: &Value| seen.is_none_or(|seen| now.as_u64() == Some(seen));
+        let (branch, at) = (&history["branch"], &history["at"]);
+        match is(self.branch, branch) && is(self.at, at) {
+            true => Ok(()),
+            false => Err(Problem::new(
+                Kind::NotNow,
+                format!("another moment is looked at by now: {at} ns on branch {branch}"),
+                "look there, or GET the history, which tells it",
+            )),
+        }
+    }
+}
+
+/// What a request wants done at a moment, as a line of the debugger: an order that does something to the controller
+/// at once, or bytes.
+///
+/// # Errors
+///
+/// If it wants neither, or both, or that cannot be.
+pub fn deed(body: &Map<String, Value>, names: &Names) -> Result<String, Problem> {
+    let text = |name: &str| body.get(name).and_then(Value::as_str);
+    match (text("order"), text("send")) {
+        (Some(order), None) => ordered(order, names),
+        (None, Some(send)) => Ok(format!("sendraw {}", escape(&bytes_of(send)?))),
+        _ => {
+            let detail = "what is to be done is an order, or bytes to send";
+            Err(Problem::new(Kind::WrongRequest, detail, "send one of order and send"))
+        }
+    }
+}
+
+/// The remedy of what is not an order where orders are typed.
+const HELP: &str = "type help for the list";
+
+fn ordered(text: &str, names: &Names) -> Result<String, Problem> {
+    let order = Order::read(text, names).map_err(|error| {
+        // To order `help` does nothing here.
+        let text = error.to_string();
+        match text.split_once(HELP) {
+            Some((before, _)) => {
+                let text = format!("{before}GET the orders, which lists them");
+                Problem::said(Kind::NotUnderstood, &text, "")
+            }
+            None => error.into(),
+        }
+    })?;
+    match order {
+        Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => Ok(text.to_owned()),
+        _ => Err(Problem::new(
+            Kind::NotUnderstood,
+            format!("`{text}` does nothing to the controller"),
+            "order something such as `press stop`; go to another time for what comes later",
+        )),
+    }
 }
 
 /// A place as the API has it.

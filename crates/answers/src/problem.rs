@@ -117,6 +117,19 @@ impl Problem {
         }
     }
 
+    /// Why time could not be let go on.
+    #[must_use]
+    pub fn of_going_on(error: ControlError) -> Problem {
+        match error {
+            ControlError::NotPaused => Problem::new(
+                Kind::NotNow,
+                "time is not paused",
+                "there is nothing to resume; POST to clock/pause before it, if time is to stand still",
+            ),
+            error => error.into(),
+        }
+    }
+
     /// Words that are wrong somewhere, and what would be right there.
     fn of_words(error: &impl Display, right: &str) -> Problem {
         let text = error.to_string();

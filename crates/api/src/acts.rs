@@ -6,18 +6,18 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
-    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, NotADuration,
-    Order, Pause, Scenario, ScenarioNumber, Time, escape, parse_duration,
+    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
+    Scenario, ScenarioNumber, Time,
 };
-use vimc4_answers::fields::{bytes_of, no_such};
+use vimc4_answers::fields::{bytes_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
 use vimc4_answers::log::Wanted;
-use vimc4_answers::past::Goal;
+use vimc4_answers::past::{self, Sight};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
 
 use crate::call::{Answer, Call, Outcome};
-use crate::debugger::{Question, Sight};
+use crate::debugger::Question;
 use crate::limits::RECORDING;
 use crate::reading::Reading;
 use crate::refusal::problem;
@@ -245,16 +245,7 @@ pub(crate) async fn set_clock(call: Call) -> Outcome {
 }
 
 pub(crate) async fn advance(call: Call) -> Outcome {
-    let text = call.text("span");
-    let span = parse_duration(text).map_err(|wrong| {
-        let remedy = match wrong {
-            NotADuration::TooLong => "send 5124095h at most: no time is longer",
-            _ => {
-                "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`"
-            }
-        };
-        Problem::new(Kind::NotUnderstood, format!("the span `{text}` {wrong}"), remedy)
-    })?;
+    let span = span_of(call.text("span"))?;
     // That it is paused, too, is not what is in the way.
     if call.controller()?.control.clock().await?.rate().is_some() {
         return Err(Problem::new(
@@ -344,14 +335,7 @@ pub(crate) async fn resume(call: Call) -> Outcome {
 
 async fn pause_or_go_on(call: &Call, is_to_pause: bool) -> Outcome {
     let Served { desk, control, .. } = call.controller()?;
-    let now = desk.pause(control, is_to_pause).await.map_err(|error| match error {
-        ControlError::NotPaused => Problem::new(
-            Kind::NotNow,
-            "time is not paused",
-            "there is nothing to resume; POST to clock/pause before it, if time is to stand still",
-        ),
-        error => error.into(),
-    });
+    let now = desk.pause(control, is_to_pause).await.map_err(Problem::of_going_on);
     Answer::json(&json!({ "now": now? }))
 }
 
@@ -467,79 +451,22 @@ pub(crate) async fn history(call: Call) -> Outcome {
 }
 
 pub(crate) async fn go(call: Call) -> Outcome {
-    let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
-    if let Some((name, value)) = call.body.iter().find(|(name, _)| number(name).is_none()) {
-        let detail = format!("`{name}` is not to be {value}");
-        return Err(Problem::new(Kind::WrongRequest, detail, "send a number from 0 on"));
-    }
-    let several = ["at", "command", "entry"].into_iter().filter(|name| number(name).is_some());
-    if several.count() > 1 {
-        let detail = "a moment is named by one of at, command and entry";
-        return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
-    }
-    let goal = if let Some(command) = number("command") {
-        Goal::Command(command)
-    } else if let Some(entry) = number("entry") {
-        let part = call.controller()?.feed.after(entry.saturating_sub(1), 1);
-        let item = part.items.first().filter(|item| item.number == entry);
-        let Some(item) = item else { return Err(no_such("entry", &entry.to_string())) };
-        Goal::At(None, item.report.at)
-    } else {
-        match (number("branch"), number("at")) {
-            (branch, Some(at)) => Goal::At(branch, Time::from_nanos(at)),
-            (Some(branch), None) => Goal::End(branch),
-            (None, None) => Goal::Now,
-        }
-    };
+    let feed = &call.controller()?.feed;
+    let goal = past::goal(&call.body, |number| {
+        let part = feed.after(number.saturating_sub(1), 1);
+        let item = part.items.first().filter(|item| item.number == number)?;
+        Some(item.report.at)
+    })?;
     ask_debugger(&call, Question::Go(goal)).await
 }
 
 pub(crate) async fn do_there(call: Call) -> Outcome {
-    let line = match (call.body.get("order"), call.body.get("send")) {
-        (Some(_), None) => deed(&call, call.text("order"))?,
-        (None, Some(_)) => format!("sendraw {}", escape(&bytes_of(call.text("send"))?)),
-        _ => {
-            let detail = "what is to be done is an order, or bytes to send";
-            return Err(Problem::new(Kind::WrongRequest, detail, "send one of order and send"));
-        }
-    };
-    ask_debugger(&call, Question::Do(line, sight(&call))).await
-}
-
-/// The moment that whoever asks sees.
-fn sight(call: &Call) -> Sight {
-    let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
-    Sight { branch: number("branch"), at: number("at") }
-}
-
-/// The remedy of what is not an order where orders are typed.
-const HELP: &str = "type help for the list";
-
-/// An order that does something to the controller at once.
-fn deed(call: &Call, text: &str) -> Result<String, Problem> {
-    let order = Order::read(text, &call.app.names).map_err(|error| {
-        // To order `help` does nothing here.
-        let text = error.to_string();
-        match text.split_once(HELP) {
-            Some((before, _)) => {
-                let text = format!("{before}GET the orders, which lists them");
-                Problem::said(Kind::NotUnderstood, &text, "")
-            }
-            None => error.into(),
-        }
-    })?;
-    match order {
-        Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => Ok(text.to_owned()),
-        _ => Err(Problem::new(
-            Kind::NotUnderstood,
-            format!("`{text}` does nothing to the controller"),
-            "order something such as `press stop`; go to another time for what comes later",
-        )),
-    }
+    let line = past::deed(&call.body, &call.app.names)?;
+    ask_debugger(&call, Question::Do(line, Sight::of(&call.body))).await
 }
 
 pub(crate) async fn take(call: Call) -> Outcome {
-    ask_debugger(&call, Question::Take(sight(&call))).await
+    ask_debugger(&call, Question::Take(Sight::of(&call.body))).await
 }
 
 pub(crate) async fn history_entries(call: Call) -> Outcome {

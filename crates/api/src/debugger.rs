@@ -14,7 +14,7 @@ use tokio::time::timeout;
 use vimc4::{Control, ControlError, Names, Sink, Time};
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::HISTORY;
-use vimc4_answers::past::{DEBUGGER_REMEDY, Goal};
+use vimc4_answers::past::{DEBUGGER_REMEDY, Goal, Sight};
 use vimc4_answers::problem::{Kind, Problem};
 
 use crate::holding::{Ends, Holding};
@@ -97,46 +97,11 @@ pub(crate) enum Question {
     Entries(Option<u64>, Box<Names>),
 }
 
-/// The moment that a client sees, which it means: its branch and its time, as far as it says them.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sight {
-    pub(crate) branch: Option<u64>,
-    pub(crate) at: Option<u64>,
-}
-
-impl Sight {
-    /// Whether the debugger looks there.
-    fn is_right(self, debugger: &mut dyn Debugging) -> Result<(), Unsaid> {
-        let is =
-            |seen: Option<u64>, now: &Value| seen.is_none_or(|seen| now.as_u64() == Some(seen));
-        let history = debugger.history()?;
-        match is(self.branch, &history["branch"]) && is(self.at, &history["at"]) {
-            true => Ok(()),
-            false => Err(Unsaid {
-                kind: Kind::NotNow,
-                why: format!(
-                    "another moment is looked at by now: {} ns on branch {}; look there, or GET the history, \
-                     which tells it",
-                    history["at"], history["branch"]
-                ),
-            }),
-        }
-    }
-}
-
 /// As JSON, or why there is nothing.
-type Said = Result<String, Unsaid>;
+type Said = Result<String, Problem>;
 
-#[derive(Debug)]
-struct Unsaid {
-    kind: Kind,
-    why: String,
-}
-
-impl From<String> for Unsaid {
-    fn from(why: String) -> Unsaid {
-        Unsaid { kind: Kind::NotUnderstood, why }
-    }
+fn wrong(why: String) -> Problem {
+    Problem::said(Kind::NotUnderstood, &why, DEBUGGER_REMEDY)
 }
 
 /// What a debugger says to it.
@@ -144,21 +109,22 @@ fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
     match question {
         Question::View => return Ok(debugger.view().to_string()),
         Question::Line(line) => {
-            return Ok(json!({ "text": debugger.carry_out(&line)? }).to_string());
+            let text = debugger.carry_out(&line).map_err(wrong)?;
+            return Ok(json!({ "text": text }).to_string());
         }
         Question::Entries(branch, names) => return entries(debugger, branch, &names),
         Question::History => {}
-        Question::Go(goal) => debugger.go(goal)?,
+        Question::Go(goal) => debugger.go(goal).map_err(wrong)?,
         Question::Do(line, sight) => {
-            sight.is_right(debugger)?;
-            debugger.branch(&line)?;
+            sight.is_right(&debugger.history().map_err(wrong)?)?;
+            debugger.branch(&line).map_err(wrong)?;
         }
         Question::Take(sight) => {
-            sight.is_right(debugger)?;
-            debugger.carry_out("take")?;
+            sight.is_right(&debugger.history().map_err(wrong)?)?;
+            debugger.carry_out("take").map_err(wrong)?;
         }
     }
-    let mut history = debugger.history()?;
+    let mut history = debugger.history().map_err(wrong)?;
     history["open"] = true.into();
     history["possible"] = true.into();
     history["view"] = debugger.view();
@@ -168,7 +134,7 @@ fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
 /// What happened on a branch, as entries of the journal have it.
 fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> Said {
     let feed = Feed::new(Arc::new(|| {}));
-    let before = debugger.happened(branch, &mut feed.sink())?;
+    let before = debugger.happened(branch, &mut feed.sink()).map_err(wrong)?;
     let part = feed.after(before, HISTORY);
     let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();
     let (first, last) = (part.first.max(before + 1), part.last);
@@ -313,7 +279,6 @@ impl Desk {
             self.has_changed();
         }
         said.map_err(|_| gone())?
-            .map_err(|Unsaid { kind, why }| Problem::said(kind, &why, DEBUGGER_REMEDY))
     }
 
     /// Opens the debugger for a client, if it is not open: otherwise it stays open when the client has

@@ -1,22 +1,23 @@
 //! What the routes do.
 
 use serde_json::{Value, json};
-use vimc4_answers::fields::{bytes_of, no_such};
+use vimc4_answers::fields::{bytes_of, no_such, span_of};
 use vimc4_answers::limits::SNAPSHOTS;
 use vimc4_answers::log::Wanted;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
 use vimc4_control::{Clock, Effect};
-use vimc4_device::{Deed, Device, parse_duration};
+use vimc4_device::{Deed, Device};
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
+use crate::live::page;
 use crate::past::{
     cancel_debugger, close_debugger, debug, debugger_view, do_there, end_recording, go, history,
     history_entries, hold_debugger, recording, restore_snapshot, set_flash, take,
 };
 use crate::profiles;
-use crate::served::{Served, page};
+use crate::served::Served;
 use crate::snapshots::Snapshot;
 use crate::words::{
     add_breakpoint, begin_fault, begin_rules, breakpoints, completions, end_fault, end_faults,
@@ -142,14 +143,7 @@ fn set_clock(desk: &mut Desk, call: &Call) -> Outcome {
 }
 
 fn advance(desk: &mut Desk, call: &Call) -> Outcome {
-    let text = call.text("span");
-    let span = parse_duration(text).map_err(|wrong| {
-        Problem::new(
-            Kind::NotUnderstood,
-            format!("the span `{text}` {wrong}"),
-            "send a number that is not negative, with ns, us, ms, s, min or h, such as `250ms`",
-        )
-    })?;
+    let span = span_of(call.text("span"))?;
     let served = desk.present(call)?;
     let at = served.live.advance(call.moment, span)?;
     Answer::json(&served.arrived(at))
@@ -168,7 +162,7 @@ fn pause(desk: &mut Desk, call: &Call) -> Outcome {
 fn resume(desk: &mut Desk, call: &Call) -> Outcome {
     let served = desk.present(call)?;
     served.stays_paused(false);
-    Answer::now(served.live.resume(call.moment, &page())?)
+    Answer::now(served.live.resume(call.moment, &page()).map_err(Problem::of_going_on)?)
 }
 
 fn step(desk: &mut Desk, call: &Call) -> Outcome {

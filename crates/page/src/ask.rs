@@ -12,6 +12,7 @@ use vimc4_answers::table::{ROUTES, find};
 
 use crate::acts::RUNS;
 use crate::call::{Answer, Call, Outcome};
+use crate::deeds;
 use crate::desk::Desk;
 use crate::opened;
 use crate::own;
@@ -111,20 +112,27 @@ impl Desk {
         }
         if let Some((number, what)) =
             path.strip_prefix("/v1/controllers/").and_then(|rest| rest.split_once('/'))
-            && matches!((method, what), ("GET", "meaning" | "quirks") | ("POST", "work"))
+            && matches!((method, what), ("GET", "deeds" | "meaning" | "quirks") | ("POST", "work"))
         {
+            let moment = self.heard.max(nanos(now));
             let place = place_of(number, self.controllers.len())?;
-            let served = self.controllers.get(place);
+            let served = self.controllers.get_mut(place);
             let served = served.ok_or_else(|| no_such("controller", number))?;
-            if what == "work" {
-                is_within(content, FILE)?;
-                return work::pieces(served, content);
-            }
-            if what == "quirks" {
-                return profiles::quirks(&served.live.model);
-            }
-            let line = decoded(behind.strip_prefix("line=").unwrap_or_default())?;
-            return own::meaning(served, &line);
+            return match what {
+                "work" => {
+                    is_within(content, FILE)?;
+                    work::pieces(served, content)
+                }
+                "quirks" => profiles::quirks(&served.live.model),
+                "deeds" => {
+                    served.catch_up(moment);
+                    deeds::deeds(served)
+                }
+                _ => own::meaning(
+                    served,
+                    &decoded(behind.strip_prefix("line=").unwrap_or_default())?,
+                ),
+            };
         }
         let (place, names) =
             find(method, path).map_err(|others| not_there(method, path, &others))?;
@@ -182,9 +190,7 @@ impl Desk {
         self.heard = self.heard.max(nanos(now));
         for (number, served) in (1..).zip(&mut self.controllers) {
             served.live.begin(self.heard);
-            if served.looks.is_none() {
-                served.live.catch_up(self.heard);
-            }
+            served.catch_up(self.heard);
             for (at, bytes) in served.live.sent.drain(..) {
                 let text: String = bytes.iter().map(|byte| char::from(*byte)).collect();
                 let sent = json!({ "type": "sent", "controller": number, "at": at, "send": text });

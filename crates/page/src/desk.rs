@@ -15,7 +15,8 @@ use crate::served::Served;
 ///
 /// Beyond the API it knows `PUT /v1/controllers`, which puts other controllers on the desk, `PUT
 /// /v1/recording`, which puts the one of a recording there with its past and says what is missing of it, `PUT /v1/events`, which says what
-/// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/quirks`,
+/// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/deeds`,
+/// which lists all that was done to it on the way to the moment that is looked at, `GET …/quirks`,
 /// which lists the values that each quirk of its model can have, and `POST
 /// /v1/controllers/1/work`, which takes a file apart into what a host gives to the controller.
 ///
@@ -62,9 +63,7 @@ impl Desk {
         let place = place_of(call.named("n"), self.controllers.len())?;
         let served = self.controllers.get_mut(place);
         let served = served.ok_or_else(|| no_such("controller", call.named("n")))?;
-        if served.looks.is_none() {
-            served.live.catch_up(call.moment);
-        }
+        served.catch_up(call.moment);
         Ok(served)
     }
 

@@ -2,12 +2,14 @@
 
 use std::collections::VecDeque;
 
+use bytes::Bytes;
 use vimc4_catalogue::{Controller, Details, State};
 use vimc4_debug::{Debugger, Wired};
 use vimc4_device::{
     Activity, CommandNumber, Device, Event, Fact, Fault, FaultView, Input, Kinds, LineState,
-    Output, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View, Warning,
+    Output, OwnedInput, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View, Warning,
 };
+use vimc4_timeline::{Act, Place};
 
 /// A controller at its line with its history and a debugger on it, as a device: whatever is done to it is kept.
 #[derive(Debug)]
@@ -17,12 +19,20 @@ pub(crate) struct Kept {
     /// What commands meant when they came, until that is told: those behind them may change what they mean.
     meant: VecDeque<(CommandNumber, String)>,
     wanted: Kinds,
+    /// What the controller got by the last thing that it did, if that was an input that was typed in the debugger.
+    given: Option<OwnedInput>,
 }
 
 /// A controller that remembers.
 pub(crate) fn kept(controller: Controller) -> Kept {
     let debugger = Debugger::new(controller);
-    Kept { debugger, out: VecDeque::new(), meant: VecDeque::new(), wanted: Kinds::ALL }
+    let (out, meant) = (VecDeque::new(), VecDeque::new());
+    Kept { debugger, out, meant, wanted: Kinds::ALL, given: None }
+}
+
+/// The input, or the byte of one, that the controller has just got from the debugger, if that is what it did.
+pub(crate) fn given(kept: &mut Kept) -> Option<OwnedInput> {
+    kept.given.take()
 }
 
 /// What a command meant when it came, if that has been kept for whoever tells of it.
@@ -83,10 +93,28 @@ impl Kept {
     }
 
     /// Does the next thing that is due by then.
-    fn act(&mut self, at: Time) -> bool {
-        let has_acted = self.debugger.history_mut().find_next(at, |_, _, _| true);
+    fn act(&mut self, at: Time) -> Option<Act> {
+        let mut done = None;
+        self.debugger.history_mut().find_next(at, |_, act, _| {
+            done = Some(act);
+            true
+        });
         self.collect();
-        has_acted
+        done
+    }
+
+    /// What the controller has just got.
+    fn got(&self, act: Act) -> Option<OwnedInput> {
+        match act {
+            Act::Byte(byte) => Some(OwnedInput::Bytes(Bytes::copy_from_slice(&[byte]))),
+            Act::Input => {
+                let Place { branch, moment } = self.debugger.place();
+                let number = moment.inputs.saturating_sub(1);
+                let given = self.debugger.history().inputs(branch, number).next();
+                given.map(|given| given.input)
+            }
+            Act::Cause => None,
+        }
     }
 }
 
@@ -94,8 +122,11 @@ impl Device for Kept {
     type State = LineState<State>;
     type Details = Details;
 
+    /// What the debugger was told to give is due as well: whoever has this done has not given it.
     fn perform(&mut self, at: Time) -> bool {
-        self.act(at)
+        let act = self.act(at);
+        self.given = act.and_then(|act| self.got(act));
+        act.is_some()
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
@@ -108,7 +139,7 @@ impl Device for Kept {
         let given = history.present().moment.inputs + 1;
         let at = at.max(history.now());
         let before = self.out.len();
-        while self.debugger.place().moment.inputs < given && self.act(at) {}
+        while self.debugger.place().moment.inputs < given && self.act(at).is_some() {}
         self.gather_lost(before);
     }
 

@@ -27,7 +27,7 @@ use leaves;
 /// A controller remembers nothing.
 pub(crate) mod kept {
     use vimc4_catalogue::Controller;
-    use vimc4_device::{CommandNumber, Line};
+    use vimc4_device::{CommandNumber, Line, OwnedInput};
 
     pub(crate) type Kept = Line<Controller>;
 
@@ -40,8 +40,22 @@ pub(crate) mod kept {
         None
     }
 
+    /// There is no debugger that could give it anything.
+    pub(crate) fn given(_: &mut Kept) -> Option<OwnedInput> {
+        None
+    }
+
     pub(crate) fn bare(kept: &Kept) -> &Controller {
         kept.device()
+    }
+}
+
+pub(crate) mod deeds {
+    use crate::call::Outcome;
+    use crate::served::Served;
+
+    pub(crate) fn deeds(_: &mut Served) -> Outcome {
+        Err(super::later())
     }
 }
 
@@ -125,7 +139,7 @@ pub(crate) mod words {
 
     use crate::call::{Answer, Call, Outcome};
     use crate::desk::Desk;
-    use crate::served::page;
+    use crate::live::page;
 
     pub(crate) fn order(desk: &mut Desk, call: &Call) -> Outcome {
         let live = &mut desk.present(call)?.live;

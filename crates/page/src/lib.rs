@@ -26,6 +26,8 @@ mod snapshots;
 pub mod wasm;
 
 #[cfg(feature = "past")]
+mod deeds;
+#[cfg(feature = "past")]
 mod kept;
 #[cfg(feature = "past")]
 mod opened;
@@ -47,7 +49,7 @@ mod later;
 #[cfg(not(feature = "past"))]
 mod present;
 #[cfg(not(feature = "past"))]
-use later::{kept, opened, past, profiles, recorder, words, work};
+use later::{deeds, kept, opened, past, profiles, recorder, words, work};
 
 pub use ask::Reply;
 pub use desk::Desk;

@@ -19,7 +19,7 @@ use vimc4_device::{
 };
 use vimc4_journal::Picture;
 
-use crate::kept::{Kept, bare, kept, meant};
+use crate::kept::{Kept, bare, given, kept, meant};
 use crate::pace::Pace;
 use crate::recorder::{Recorder, written};
 
@@ -28,6 +28,11 @@ const BATCH: u32 = 20_000;
 
 /// What was sent on the line and nobody has taken yet: so many pieces at most.
 const UNTAKEN: usize = 10_000;
+
+/// Who does all this.
+pub(crate) fn page() -> Source {
+    Source::Controls("the page".into())
+}
 
 /// An input that waits, and its source.
 struct Waits {
@@ -129,12 +134,6 @@ impl Live {
     fn pass_on(&mut self) -> Vec<Event> {
         let outputs: Vec<Output> = std::iter::from_fn(|| self.line.poll_output()).collect();
         let events = outputs.iter().filter_map(Output::event).cloned().collect();
-        self.tell_all(outputs);
-        events
-    }
-
-    /// Tells what has come out of the controller.
-    pub(crate) fn tell_all(&mut self, outputs: Vec<Output>) {
         for output in outputs {
             match output {
                 Output::Bytes(at, bytes) => self.send(at, bytes),
@@ -144,10 +143,11 @@ impl Live {
                 }
             }
         }
+        events
     }
 
     /// What is sent at one instant leaves in one piece.
-    pub(crate) fn send(&mut self, at: Time, bytes: Bytes) {
+    fn send(&mut self, at: Time, bytes: Bytes) {
         self.said += 1;
         self.tell(at, What::Sent { bytes: bytes.clone() });
         match self.sent.back_mut() {
@@ -221,7 +221,9 @@ impl Live {
     fn run_to(&mut self, to: Time, most: u32) -> bool {
         for _ in 0..most {
             match self.next_moment() {
-                Some(due) if due <= to => self.moment_at(due),
+                Some(due) if due <= to => {
+                    self.moment_at(due);
+                }
                 _ => {
                     if to != Time::NEVER && to > self.now() {
                         self.line.accept(Input::Wake, to);
@@ -244,34 +246,47 @@ impl Live {
         self.line.wake().into_iter().chain(look).min().filter(|at| *at != Time::NEVER)
     }
 
-    /// Does what is due then, or lets time pass up to it. Returns whether something was due.
-    fn moment_at(&mut self, due: Time) -> bool {
-        let is_cause = self.line.perform(due);
-        if is_cause {
-            self.count_cause();
-        } else {
-            self.line.accept(Input::Wake, due);
-        }
+    /// Does the next thing that is due by then, or lets time pass up to it. Returns which it was.
+    fn moment_at(&mut self, due: Time) -> Step {
+        let has_acted = self.line.perform(due);
+        let step = match given(&mut self.line) {
+            Some(input) => {
+                self.tell_input(self.now(), input, &page());
+                self.performed = (self.now(), 0);
+                Step::Input
+            }
+            None if has_acted => {
+                self.count_cause();
+                Step::Cause
+            }
+            None => {
+                self.line.accept(Input::Wake, due);
+                Step::Time
+            }
+        };
         self.look();
-        is_cause
+        step
+    }
+
+    /// Does the next thing by then that the debugger has done before it. Returns whether there was one.
+    pub(crate) fn follow(&mut self, to: Time) -> bool {
+        let due = self.next_moment().map_or(to, |due| due.min(to));
+        self.moment_at(due) != Step::Time || due < to
+    }
+
+    /// It has come to where the debugger is.
+    pub(crate) fn arrive(&mut self, at: Time) {
+        if at > self.now() {
+            self.line.accept(Input::Wake, at);
+        }
+        self.pass_on();
+        self.settle();
     }
 
     fn count_cause(&mut self) {
         let now = self.now();
         let (at, causes) = self.performed;
         self.performed = (now, if at == now { causes + 1 } else { 1 });
-    }
-
-    /// The controller was led through this by the debugger.
-    pub(crate) fn was_led(&mut self, at: Time, input: Option<OwnedInput>, outputs: Vec<Output>) {
-        match input {
-            Some(input) => {
-                self.tell(at, What::Input { by: Source::Controls("the page".into()), input });
-                self.performed = (at, 0);
-            }
-            None => self.count_cause(),
-        }
-        self.tell_all(outputs);
     }
 
     /// Passes on what has come out, and pauses time where a breakpoint is met.
@@ -326,8 +341,7 @@ impl Live {
         let is_there = self.run_to(to, FORESIGHT);
         let now = self.now();
         self.pace.restart(moment, now);
-        let by = Source::Controls("the page".into());
-        self.tell(now, What::Input { by, input: OwnedInput::Wake });
+        self.tell(now, What::Input { by: page(), input: OwnedInput::Wake });
         self.settle();
         match is_there || self.pause.is_some() {
             true => Ok(now),
@@ -386,13 +400,12 @@ impl Live {
             return Err(ControlError::NotPaused);
         }
         let step = if self.is_anything_due() {
-            self.moment_at(self.now());
-            Step::Cause
+            self.moment_at(self.now())
         } else if let Some(Waits { input, by }) = self.pending.pop_front() {
             self.accept(input, self.now(), &by);
             Step::Input
         } else if let Some(due) = self.next_moment() {
-            if self.moment_at(due) { Step::Cause } else { Step::Time }
+            self.moment_at(due)
         } else {
             Step::Rest
         };
@@ -443,7 +456,19 @@ impl Live {
         }
     }
 
+    /// What was given to it and waits until what is due before it is done.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &OwnedInput> {
+        self.pending.iter().map(|waits| &waits.input)
+    }
+
     fn accept(&mut self, input: OwnedInput, at: Time, by: &Source) {
+        self.tell_input(at, input.clone(), by);
+        self.line.accept(input.as_input(), at);
+        self.performed = (self.now(), 0);
+        self.look();
+    }
+
+    fn tell_input(&mut self, at: Time, input: OwnedInput, by: &Source) {
         self.tell(at, What::Input { by: by.clone(), input: input.clone() });
         match (&input, &mut self.unheard) {
             (OwnedInput::Bytes(bytes), Some(unheard)) => *unheard += bytes.len() as u64,
@@ -457,9 +482,6 @@ impl Live {
             (OwnedInput::Power(false), None) => self.unheard = Some(0),
             _ => {}
         }
-        self.line.accept(input.as_input(), at);
-        self.performed = (self.now(), 0);
-        self.look();
     }
 
     /// Sends bytes as the host does. Those that act at once are told of, and what comes of them.

@@ -1,19 +1,20 @@
 //! What the routes of the debugger, of the past and of other states do.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vimc4_answers::feed::Feed;
-use vimc4_answers::fields::{bytes_of, no_such};
+use vimc4_answers::fields::no_such;
 use vimc4_answers::limits::HISTORY;
-use vimc4_answers::past::{self, DEBUGGER_REMEDY, Goal};
+use vimc4_answers::past::{self, DEBUGGER_REMEDY, Sight};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::Controller;
 use vimc4_control::{ControlError, Effect};
 use vimc4_debug::Directive;
-use vimc4_device::{Device, Order, Time, escape};
+use vimc4_device::Device;
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
-use crate::served::{Served, page};
+use crate::live::page;
+use crate::served::Served;
 
 fn wrong(wrong: String) -> Problem {
     Problem::said(Kind::NotUnderstood, &wrong, DEBUGGER_REMEDY)
@@ -21,13 +22,27 @@ fn wrong(wrong: String) -> Problem {
 
 // --- the routes ---
 
-pub(crate) fn debug(desk: &mut Desk, call: &Call) -> Outcome {
+/// Does something in the debugger, which is opened for that. What was refused has stopped no time.
+fn looking<T>(
+    desk: &mut Desk,
+    call: &Call,
+    deed: impl FnOnce(&mut Served) -> Result<T, Problem>,
+) -> Result<T, Problem> {
     let served = desk.looked_at(call)?;
+    let was_open = served.looks.is_some();
     served.look();
-    let line = call.text("line");
-    let text = served.carry_out(line).map_err(wrong)?;
-    if Directive::named(line.trim()).is_some_and(|directive| directive.name == "quit") {
+    let done = deed(served);
+    if done.is_err() && !was_open {
         served.leave(call.moment);
+    }
+    done
+}
+
+pub(crate) fn debug(desk: &mut Desk, call: &Call) -> Outcome {
+    let line = call.text("line");
+    let text = looking(desk, call, |served| served.carry_out(line).map_err(wrong))?;
+    if Directive::named(line.trim()).is_some_and(|directive| directive.name == "quit") {
+        desk.looked_at(call)?.leave(call.moment);
     }
     Answer::json(&json!({ "text": text }))
 }
@@ -81,89 +96,33 @@ pub(crate) fn history(desk: &mut Desk, call: &Call) -> Outcome {
 }
 
 pub(crate) fn go(desk: &mut Desk, call: &Call) -> Outcome {
-    let number = |name: &str| call.body.get(name).and_then(Value::as_u64);
-    if let Some((name, value)) = call.body.iter().find(|(name, _)| number(name).is_none()) {
-        let detail = format!("`{name}` is not to be {value}");
-        return Err(Problem::new(Kind::WrongRequest, detail, "send a number from 0 on"));
-    }
-    let several = ["at", "command", "entry"].into_iter().filter(|name| number(name).is_some());
-    if several.count() > 1 {
-        let detail = "a moment is named by one of at, command and entry";
-        return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
-    }
-    let served = desk.looked_at(call)?;
-    let goal = if let Some(command) = number("command") {
-        Goal::Command(command)
-    } else if let Some(entry) = number("entry") {
-        let part = served.live.feed.after(entry.saturating_sub(1), 1);
-        let item = part.items.first().filter(|item| item.number == entry);
-        let item = item.ok_or_else(|| no_such("entry", &entry.to_string()))?;
-        Goal::At(None, item.report.at)
-    } else {
-        match (number("branch"), number("at")) {
-            (branch, Some(at)) => Goal::At(branch, Time::from_nanos(at)),
-            (Some(branch), None) => Goal::End(branch),
-            (None, None) => Goal::Now,
-        }
-    };
-    served.look();
-    served.go(goal).map_err(wrong)?;
-    Answer::json(&served.history())
-}
-
-/// Whether the moment is looked at that whoever asks sees, as far as they say it.
-fn is_seen(served: &mut Served, call: &Call) -> Result<(), Problem> {
-    let history = served.debugger().history();
-    let (at, branch) = (history.now().as_nanos(), u64::from(history.heading().0));
-    let is = |name: &str, now: u64| {
-        call.body.get(name).and_then(Value::as_u64).is_none_or(|seen| seen == now)
-    };
-    match is("at", at) && is("branch", branch) {
-        true => Ok(()),
-        false => Err(Problem::new(
-            Kind::NotNow,
-            format!("another moment is looked at by now: {at} ns on branch {branch}"),
-            "look there, or GET the history, which tells it",
-        )),
-    }
+    let feed = &desk.looked_at(call)?.live.feed;
+    let goal = past::goal(&call.body, |number| {
+        let part = feed.after(number.saturating_sub(1), 1);
+        let item = part.items.first().filter(|item| item.number == number)?;
+        Some(item.report.at)
+    })?;
+    looking(desk, call, |served| {
+        served.go(goal).map_err(wrong)?;
+        Answer::json(&served.history())
+    })
 }
 
 pub(crate) fn do_there(desk: &mut Desk, call: &Call) -> Outcome {
-    let served = desk.looked_at(call)?;
-    let line = match (call.body.get("order"), call.body.get("send")) {
-        (Some(_), None) => {
-            let text = call.text("order");
-            match Order::read(text, &served.live.names)? {
-                Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => {
-                    text.to_owned()
-                }
-                _ => {
-                    return Err(Problem::new(
-                        Kind::NotUnderstood,
-                        format!("`{text}` does nothing to the controller"),
-                        "order something such as `press stop`; go to another time for what comes later",
-                    ));
-                }
-            }
-        }
-        (None, Some(_)) => format!("sendraw {}", escape(&bytes_of(call.text("send"))?)),
-        _ => {
-            let detail = "what is to be done is an order, or bytes to send";
-            return Err(Problem::new(Kind::WrongRequest, detail, "send one of order and send"));
-        }
-    };
-    served.look();
-    is_seen(served, call)?;
-    served.do_there(&line).map_err(wrong)?;
-    Answer::json(&served.history())
+    let line = past::deed(&call.body, &desk.looked_at(call)?.live.names)?;
+    looking(desk, call, |served| {
+        Sight::of(&call.body).is_right(&served.history())?;
+        served.do_there(&line).map_err(wrong)?;
+        Answer::json(&served.history())
+    })
 }
 
 pub(crate) fn take(desk: &mut Desk, call: &Call) -> Outcome {
-    let served = desk.looked_at(call)?;
-    served.look();
-    is_seen(served, call)?;
-    served.take();
-    Answer::json(&served.history())
+    looking(desk, call, |served| {
+        Sight::of(&call.body).is_right(&served.history())?;
+        served.take();
+        Answer::json(&served.history())
+    })
 }
 
 pub(crate) fn history_entries(desk: &mut Desk, call: &Call) -> Outcome {

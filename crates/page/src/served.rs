@@ -4,17 +4,11 @@ use serde_json::{Value, json};
 use vimc4_answers::past::Lived;
 use vimc4_answers::seen;
 use vimc4_catalogue::Details;
-use vimc4_control::Source;
 use vimc4_device::{Device, Time, View};
 
 use crate::live::Live;
 use crate::looks::Looks;
 use crate::snapshots::Snapshots;
-
-/// Who does all this.
-pub(crate) fn page() -> Source {
-    Source::Controls("the page".into())
-}
 
 /// One controller, and what clients have of it.
 pub(crate) struct Served {
@@ -29,6 +23,13 @@ pub(crate) struct Served {
 impl Served {
     pub(crate) fn new(live: Live) -> Served {
         Served { live, snapshots: Snapshots::default(), looks: None, lived: Lived::default() }
+    }
+
+    /// Lets its time pass up to a moment of the page, unless somebody looks at its past.
+    pub(crate) fn catch_up(&mut self, moment: u64) {
+        if self.looks.is_none() {
+            self.live.catch_up(moment);
+        }
     }
 
     pub(crate) fn about(&self, number: usize) -> Value {

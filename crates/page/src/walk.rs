@@ -1,17 +1,16 @@
 //! A walk through the past of a controller, which waits meanwhile.
 
-use bytes::Bytes;
 use serde_json::Value;
 use vimc4_answers::past::{
     self, Goal, has_come_to, is_on_way, look_ahead, part_from_what_happened,
 };
 use vimc4_debug::{Answer as Said, Debugger, Directive};
-use vimc4_device::{Device, OwnedInput, Time, show_nanos};
-use vimc4_timeline::{Act, Place};
+use vimc4_device::{Device, Time, show_nanos};
+use vimc4_timeline::Place;
 
-use crate::live::Live;
+use crate::live::{Live, page};
 use crate::looks::Looks;
-use crate::served::{Served, page};
+use crate::served::Served;
 
 /// How often a walk of the debugger asks whether it is to go on, at most: then it stops where it stands.
 const PATIENCE: u32 = 20_000;
@@ -98,31 +97,9 @@ impl Served {
         let history = debugger.history_mut();
         history.go_to_end(heading);
         history.go_back_to(live);
-        let mut led = Vec::new();
-        while !has_come_to(history.present(), here) {
-            let mut done = None;
-            history.find_next(here.moment.at, |_, act, outputs| {
-                done = Some((act, outputs.iter().cloned().collect()));
-                true
-            });
-            let Some((act, outputs)) = done else { break };
-            let Place { branch, moment } = history.present();
-            let input = match act {
-                Act::Byte(byte) => Some(OwnedInput::Bytes(Bytes::copy_from_slice(&[byte]))),
-                Act::Input => {
-                    let given = history.inputs(branch, moment.inputs.saturating_sub(1)).next();
-                    given.map(|given| given.input)
-                }
-                Act::Cause => None,
-            };
-            led.push((moment.at, input, outputs));
-        }
-        history.wait_until(here.moment.at);
-        history.drain();
-        let there = history.present();
-        for (at, input, outputs) in led {
-            self.live.was_led(at, input, outputs);
-        }
+        while !has_come_to(self.debugger().place(), here) && self.live.follow(here.moment.at) {}
+        self.live.arrive(here.moment.at);
+        let there = self.debugger().place();
         self.is_led_to(there);
     }
 
@@ -243,7 +220,10 @@ impl Served {
             }
             Goal::End(branch) => past::look_at(self.debugger(), Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(self.debugger(), branch, Some(at))?,
-            Goal::Command(number) => drop(self.carry_out(&format!("goto command {number}"))?),
+            Goal::Command(number) => {
+                let led = self.carry_out(&format!("goto command {number}"));
+                led.map_err(|why| past::no_command(&why))?;
+            }
         }
         Ok(())
     }

@@ -14,7 +14,8 @@ use vimc4_device::{
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
-use crate::served::{Served, page};
+use crate::live::page;
+use crate::served::Served;
 
 pub(crate) fn quit(_: &mut Desk, _: &Call) -> Outcome {
     let remedy = "close the page, or PUT other controllers to /v1/controllers";

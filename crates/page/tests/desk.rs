@@ -4,7 +4,10 @@
 
 use serde_json::{Value, json};
 use vimc4_answers::table::ROUTES;
+use vimc4_catalogue::bare;
+use vimc4_device::Line;
 use vimc4_page::Desk;
+use vimc4_timeline::recording::{Player, Recording, Tolerance, check};
 
 fn asked(desk: &mut Desk, method: &str, path: &str, body: &Value) -> (u16, Value) {
     let body = if body.is_null() { String::new() } else { body.to_string() };
@@ -212,4 +215,215 @@ fn who_goes_back_leaves_the_way_there_and_stands_where_it_went() {
         (&clock["now"], &clock["paused"]["at"]),
         (&json!(1_200_000_000), &json!(1_200_000_000))
     );
+}
+
+/// Plays a recording as `vimc4 replay` does: so many bytes are equal, or where it parts.
+fn played(text: &str) -> Result<u64, String> {
+    let recording = Recording::read(text.as_bytes()).unwrap();
+    let (model, machine) = (vimc4_catalogue::model("imc4"), vimc4_catalogue::machine("bench"));
+    let controller = bare(&model.unwrap(), &machine.unwrap(), &[]).unwrap();
+    let state = |written: &Value| {
+        serde_json::from_value(written.clone()).map_err(|error| error.to_string())
+    };
+    let player = Player::new(Line::ideal(controller));
+    let played = check(&recording, player, Tolerance::Exact, &state).unwrap();
+    match played.difference {
+        None => Ok(played.bytes),
+        Some(found) => Err(format!("{found:?}")),
+    }
+}
+
+/// A number for the whole state that is looked at.
+fn digest(desk: &mut Desk) -> Value {
+    done(desk)("POST", "debugger", json!({ "line": "digest" }))
+}
+
+/// Another desk, on which all is done again that was done on the way to the moment that is looked at.
+fn again(desk: &mut Desk) -> Desk {
+    let told = done(desk)("GET", "deeds", Value::Null);
+    let mut other = Desk::new();
+    let mut ask = done(&mut other);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    let mut now = 0;
+    let mut pass = |ask: &mut dyn FnMut(&str, &str, Value) -> Value, at: &Value| {
+        let at = at.as_u64().unwrap();
+        ask("POST", "clock/advance", json!({ "span": format!("{}ns", at - now) }));
+        now = at;
+    };
+    for deed in told["deeds"].as_array().unwrap() {
+        pass(&mut ask, &deed[0]);
+        match deed[1].as_str().unwrap() {
+            "send" => ask("POST", "line", json!({ "send": deed[2] })),
+            "order" => ask("POST", "orders", json!({ "order": deed[2] })),
+            "rules" => ask("POST", "rules", json!({ "rules": deed[2] })),
+            "end-rules" if deed[2] == "" => ask("DELETE", "rules", Value::Null),
+            "end-rules" => {
+                ask("DELETE", &format!("rules/{}", deed[2].as_str().unwrap()), Value::Null)
+            }
+            kind => {
+                assert_eq!(kind, "set");
+                let path = format!("signals/{}", deed[2].as_str().unwrap().replace(' ', "%20"));
+                ask("PUT", &path, json!({ "value": deed[3] }))
+            }
+        };
+    }
+    pass(&mut ask, &told["at"]);
+    drop(ask);
+    other
+}
+
+#[test]
+fn what_is_typed_in_the_debugger_is_in_the_recording_and_in_the_link() {
+    let sessions: &[&[&str]] = &[
+        &["send @01", "send @0A5000,900", "step command", "step command", "continue"],
+        // In the middle of an answer, of a motion, and of all that is due at one instant.
+        &["send @01", "step 2 bytes", "step 3 bytes", "step cause"],
+        &["send @01", "send @0A5000,900", "next x = 2500", "send @0P", "continue 1s"],
+        // Faults, rules and the panel.
+        &["fault drop to-host once", "send @01", "continue", "send @0P", "continue"],
+        &[
+            "fault garble to-host 30%",
+            "send @0V",
+            "continue",
+            "fault end all",
+            "send @0P",
+            "continue",
+        ],
+        &[
+            "when x > 300: press stop",
+            "send @01",
+            "send @0A5000,900",
+            "continue",
+            "send @0P",
+            "continue",
+        ],
+        &[
+            "rule jam once when x > 9: input 0.1 1; hold stop",
+            "rule at 1s: press stop",
+            "rule end 2",
+            "send @01",
+            "send @0A5000,900",
+            "continue",
+        ],
+        &[
+            "send @01",
+            "send @0A5000,900",
+            "step 2 command",
+            "continue 1s",
+            "press stop",
+            "continue",
+            "press start",
+            "continue",
+        ],
+        &[
+            "send @01",
+            "continue",
+            "power off",
+            "send @0P",
+            "step 9 bytes",
+            "power on",
+            "continue 9s",
+            "cover open",
+            "set input 0.2 1",
+            "continue",
+        ],
+        // Back, and on from there.
+        &[
+            "send @01",
+            "send @0A5000,900",
+            "continue",
+            "back 10 steps",
+            "send @0P",
+            "continue",
+            "goto start",
+        ],
+        &[
+            "send @01",
+            "send @0A5000,900",
+            "continue",
+            "goto 1s",
+            "take",
+            "press stop",
+            "continue",
+            "send @0P",
+            "continue",
+        ],
+        &[
+            "send @01",
+            "send @0A5000,900",
+            "continue",
+            "goto 1s",
+            "fault drop to-host once",
+            "continue",
+            "take",
+            "send @0P",
+            "continue",
+        ],
+    ];
+    for lines in sessions {
+        let mut desk = Desk::new();
+        done(&mut desk)("PUT", "clock", json!({ "clock": "manual" }));
+        done(&mut desk)("POST", "recording", Value::Null);
+        for line in *lines {
+            done(&mut desk)("POST", "debugger", json!({ "line": line }));
+            let Value::String(text) = done(&mut desk)("GET", "recording", Value::Null) else {
+                panic!("no text")
+            };
+            let played = played(&text);
+            assert!(played.is_ok(), "{lines:?} up to {line}: {played:?}\n{text}");
+        }
+        // What was typed last has taken effect.
+        let mut other = again(&mut desk);
+        assert_eq!(digest(&mut other), digest(&mut desk), "{lines:?}");
+        // And when the debugger is closed, too.
+        done(&mut desk)("DELETE", "debugger", Value::Null);
+        done(&mut desk)("POST", "clock/advance", json!({ "span": "1s" }));
+        let mut other = again(&mut desk);
+        assert_eq!(digest(&mut other), digest(&mut desk), "{lines:?}, closed");
+        done(&mut desk)("DELETE", "debugger", Value::Null);
+        let Value::String(text) = done(&mut desk)("GET", "recording", Value::Null) else {
+            panic!("no text")
+        };
+        let played = played(&text);
+        assert!(played.as_ref().is_ok_and(|bytes| *bytes > 0), "{lines:?}: {played:?}\n{text}");
+    }
+}
+
+#[test]
+fn what_is_typed_and_not_stepped_to_comes_when_the_debugger_is_closed() {
+    let mut desk = Desk::new();
+    let mut ask = done(&mut desk);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "recording", Value::Null);
+    ask("POST", "debugger", json!({ "line": "fault drop to-host once" }));
+    ask("POST", "debugger", json!({ "line": "send @01" }));
+    let deeds = ask("GET", "deeds", Value::Null)["deeds"].clone();
+    assert_eq!(deeds, json!([[0, "order", "fault drop to-host once"], [0, "send", "@01\r"]]));
+    // Step by step, too: it is an input, and no cause.
+    assert_eq!(ask("POST", "clock/step", Value::Null)["step"], "input");
+    ask("DELETE", "debugger", Value::Null);
+    assert_eq!(ask("GET", "faults", Value::Null).as_array().map(Vec::len), Some(1));
+    ask("POST", "line", json!({ "send": "@0P\r" }));
+    let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
+    assert!(text.contains(r#""fault":"drop to-host once""#), "{text}");
+    assert_eq!(played(&text), Ok(19));
+}
+
+#[test]
+fn a_state_that_was_put_in_by_hand_is_in_no_link() {
+    let mut desk = Desk::new();
+    done(&mut desk)("PUT", "clock", json!({ "clock": "manual" }));
+    done(&mut desk)("POST", "line", json!({ "send": "@01\r" }));
+    done(&mut desk)("POST", "snapshots", Value::Null);
+    done(&mut desk)("POST", "line", json!({ "send": "@0A900,900\r" }));
+    done(&mut desk)("POST", "clock/advance", json!({ "span": "2s" }));
+    // To where it has been there is a way;
+    done(&mut desk)("POST", "snapshots/1/restore", Value::Null);
+    let deeds = done(&mut desk)("GET", "deeds", Value::Null);
+    assert_eq!(deeds, json!({ "at": 0, "deeds": [[0, "send", "@01\r"]] }));
+    // and to where it has never been there is none.
+    done(&mut desk)("POST", "debugger", json!({ "line": "what if quirk lost_steps = false" }));
+    done(&mut desk)("POST", "history/go", json!({ "branch": 2 }));
+    let (status, refused) = asked(&mut desk, "GET", "/v1/controllers/1/deeds", &Value::Null);
+    assert_eq!(status, 409, "{refused}");
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
-use vimc4_debug::{NUMBERED, Wired, uninterrupted};
+use vimc4_debug::{Wired, uninterrupted};
 use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
@@ -134,8 +134,7 @@ impl Debugging for Console {
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
             Goal::Command(number) => {
                 let led = self.carry_out(&format!("goto command {number}"));
-                // Who asks this way has the journal at hand, and no lines.
-                led.map_err(|why| why.replace(NUMBERED, "the journal has their numbers"))?;
+                led.map_err(|why| past::no_command(&why))?;
             }
         }
         self.history_mut().drain();
