@@ -846,7 +846,6 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
             format!("{text}{{\"at\":99999999999,\"mark\":\"later\"}}\n").into_bytes(),
             format!("line {0}: line {0} comes after the end", lines + 1),
         ),
-        (format!("\u{feff}{text}").into_bytes(), "a byte order mark comes before".to_owned()),
         (wide, "it is text in UTF-16".to_owned()),
     ] {
         fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
@@ -863,6 +862,12 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
     fs::write(folder.path().join("right.jsonl"), signal("stop", 0)).unwrap();
     let (code, _, errors) = run(folder.path(), &["cut", "right.jsonl", "--to", "0s"]);
     assert_eq!(code, 0, "{errors}");
+    // A byte order mark changes nothing.
+    fs::write(folder.path().join("marked.jsonl"), format!("\u{feff}{text}")).unwrap();
+    let played = |name: &str| run(folder.path(), &["replay", name]);
+    assert_eq!(played("marked.jsonl"), played(LIMIT));
+    let (code, said, errors) = run(folder.path(), &["diff", LIMIT, "marked.jsonl"]);
+    assert_eq!(code, 0, "{said}{errors}");
 }
 
 #[test]

@@ -274,17 +274,16 @@ fn no_recording(message: &str) -> ReadError {
     }
 }
 
+/// Some editors put this before a text in UTF-8. It is none of the text.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 fn read_head(line: &[u8]) -> Result<Head, ReadError> {
-    let saved = |message: &str| ReadError {
-        help: "save it as plain text, or as UTF-8 without a byte order mark".to_owned(),
-        ..no_recording(message)
-    };
-    match line {
-        [0xEF, 0xBB, 0xBF, ..] => return Err(saved("a byte order mark comes before its head")),
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [b'{', 0, ..] | [0, b'{', ..] => {
-            return Err(saved("it is text in UTF-16"));
-        }
-        _ => {}
+    let line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line);
+    if let [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [b'{', 0, ..] | [0, b'{', ..] = line {
+        return Err(ReadError {
+            help: "save it as plain text, which is UTF-8".to_owned(),
+            ..no_recording("it is text in UTF-16")
+        });
     }
     let version = serde_json::from_slice::<Version>(line);
     let Ok(Version { recording: Some(version) }) = version else {
