@@ -64,12 +64,14 @@ for (const { name } of EXAMPLES) files[`examples/${name}`] = await readFile(loca
 // An edition is what is in it: the same files give the same one.
 const hash = createHash("sha256");
 for (const name of Object.keys(files).sort()) hash.update(name).update(files[name]);
+const edition = hash.digest("hex").slice(0, 12);
+files["index.html"] = Buffer.from(files["index.html"].toString().replace("EDITION", edition));
 const { outputFiles: [service] } = await bundle({
   entryPoints: { service: "playground/service.ts" },
   format: "iife",
   define: {
     FILES: JSON.stringify(Object.entries(files).map(([name, bytes]) => [name === "index.html" ? "./" : name, digest(bytes)])),
-    EDITION: JSON.stringify(hash.digest("hex").slice(0, 12)),
+    EDITION: JSON.stringify(edition),
   },
 });
 const early = Object.keys(files).filter((name) => !name.startsWith("examples/") && !late.has(name));

@@ -25,6 +25,8 @@ export class Bench {
   told: Pick<Told, "model" | "machine"> = { model: "imc4", machine: "mill" };
   /** A file begins to be carried out. */
   onWork: () => void = () => {};
+  /** Another controller has taken the place of the one that was there. */
+  onOther: () => void = () => {};
   /** So often something else has taken the place of what was there, and the last time that it may yet do so. */
   private turn = 0;
   private turning: Promise<unknown> = Promise.resolve();
@@ -58,6 +60,7 @@ export class Bench {
     try {
       const answer = await asked;
       this.turn += 1;
+      this.onOther();
       work?.giveUp();
       if (this.work === work) this.work = null;
       return answer;
@@ -82,6 +85,7 @@ export class Bench {
   }
 
   async choose(change: Partial<Pick<Told, "model" | "machine">>): Promise<void> {
+    this.app.onNoticeOver();
     try {
       await this.begin({ ...this.told, ...change, deeds: [], at: 0 });
       history.replaceState(null, "", location.pathname + location.search);
@@ -96,6 +100,8 @@ export class Bench {
     try {
       const { text, isTorn } = await textOf(file);
       const kind = kindOf(name, text);
+      // What was said was said of something else.
+      app.onNoticeOver();
       // Half a job is none.
       if (isTorn && kind !== "recording") return app.onNotice(`${name}: ${tell("torn")}`, true);
       if (kind === "unknown") return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
@@ -105,8 +111,6 @@ export class Bench {
         page.innerHTML = text;
         const film = await read(page.content);
         if (!film) return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
-        // What was said was said of something else.
-        app.onNoticeOver();
         return app.play(film);
       }
       if (kind === "recording") {

@@ -13,8 +13,13 @@ export interface Said {
   after: number | null;
 }
 
+/** Whether a line has gone out to the real controller: it waits behind others, it is on its way or there, or STOP went
+    before it and it was given up. */
+export type Went = "waits" | "out" | "cut";
+
 export interface Exchange {
   line: string;
+  went: Went;
   real: Said;
   virtual: Said;
   /** Which values of the profile would make the virtual one answer so. */
@@ -23,7 +28,16 @@ export interface Exchange {
   isApart: boolean;
 }
 
-export type Verdict = "same" | "bytes" | "time" | "open" | "apart";
+export type Verdict = "same" | "bytes" | "time" | "open" | "silent" | "apart" | "waits" | "cut";
+
+/** How STOP is called among the lines: it is a byte, and no line. */
+export const STOP = "STOP (253)";
+
+/** One that has just been said to both. */
+export function begun(line: string, went: Went, isApart = false): Exchange {
+  const nothing = (): Said => ({ bytes: "", after: null });
+  return { line, went, real: nothing(), virtual: nothing(), causes: [], isApart };
+}
 
 /** Bytes as the journal writes them. */
 export function escaped(bytes: Iterable<number>): string {
@@ -33,11 +47,13 @@ export function escaped(bytes: Iterable<number>): string {
 }
 
 /** What came of a line. As long as no other was sent, what one of them has said so far may still come from the other. */
-export function verdict({ real, virtual, isApart }: Exchange, isLast: boolean): Verdict {
-  if (isApart) return "apart";
+export function verdict({ went, real, virtual, isApart }: Exchange, isLast: boolean): Verdict {
+  if (went !== "out") return went;
+  const isSame = real.bytes === virtual.bytes;
+  if (isApart && (!isSame || real.bytes === "")) return "apart";
   const isBegun = real.bytes.startsWith(virtual.bytes) || virtual.bytes.startsWith(real.bytes);
-  if (real.bytes !== virtual.bytes) return isLast && isBegun ? "open" : "bytes";
-  if (real.bytes === "") return "open";
+  if (!isSame) return isLast && isBegun ? "open" : "bytes";
+  if (real.bytes === "") return isLast ? "open" : "silent";
   const [one, other] = [real.after ?? 0, virtual.after ?? 0];
   return Math.abs(one - other) <= Math.max(TOLERANCE, Math.max(one, other) / 100) ? "same" : "time";
 }
@@ -55,9 +71,10 @@ export function recorded(virtual: string, passed: readonly Passed[], port: strin
   return `${lines.join("\n").replace(/[\u007f-\uffff]/g, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, "0")}`)}\n`;
 }
 
-/** What the virtual controller said since an entry, and how long after the line the last of it came. */
-export function saidSince(entries: readonly Entry[], since: number, at: number): Said {
-  const answers = entries.filter(({ kind, number }) => kind === "answer" && number > since);
+/** What the virtual controller has said to a line, with what has come by these entries: so long after the line. */
+export function heard(said: Said, entries: readonly Entry[], at: number): Said {
+  const answers = entries.filter(({ kind }) => kind === "answer");
   const last = answers.at(-1);
-  return { bytes: answers.map(({ bytes }) => bytes ?? "").join(""), after: last ? (last.at - at) / 1e6 : null };
+  if (!last) return said;
+  return { bytes: said.bytes + answers.map(({ bytes }) => bytes ?? "").join(""), after: (last.at - at) / 1e6 };
 }

@@ -6,26 +6,67 @@ export type Kind = "recording" | "film" | "work" | "unknown";
 /** The largest file that is read, in bytes, packed or not. */
 export const LARGEST = 64 << 20;
 
+/** What an archive of the kind that recordings are begins with. */
+const GZIP = [0x1f, 0x8b, 8];
+/** No member of it is shorter, in bytes. */
+const SHORTEST = 18;
+
 /** The text of a file, unpacked if it is an archive of the kind that recordings are, and whether that is all of it:
     of an archive that was torn off, what is there is taken. */
 export async function textOf(file: Blob): Promise<{ text: string; isTorn: boolean }> {
-  const tooLarge = () => new Error(`${tell("tooLarge")} ${LARGEST >> 20} MiB`);
   if (file.size > LARGEST) throw tooLarge();
-  const head = new Uint8Array(await file.slice(0, 2).arrayBuffer());
-  if (head[0] !== 0x1f || head[1] !== 0x8b) return { text: await file.text(), isTorn: false };
-  const decoder = new TextDecoder();
-  const reader = file.stream().pipeThrough(new DecompressionStream("gzip")).getReader();
-  let [text, size] = ["", 0];
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  if (!begins(bytes, 0)) return { text: await file.text(), isTorn: false };
+  const parts: BlobPart[] = [];
+  let [from, room, isTorn] = [0, LARGEST, false];
+  while (from < bytes.length && !isTorn) {
+    const member = await unpacked(bytes, from, room);
+    parts.push(...member.parts);
+    [from, room, isTorn] = [member.end, room - member.size, member.isTorn];
+  }
+  return { text: await new Blob(parts).text(), isTorn };
+}
+
+const tooLarge = () => new Error(`${tell("tooLarge")} ${LARGEST >> 20} MiB`);
+
+function begins(bytes: Uint8Array, at: number): boolean {
+  return GZIP.every((byte, i) => bytes[at + i] === byte);
+}
+
+/** What is in a part of an archive. */
+interface Member {
+  parts: Uint8Array<ArrayBuffer>[];
+  size: number;
+  isTorn: boolean;
+  end: number;
+}
+
+/** The member of an archive that begins there. What unpacks it knows of no other that follows, and does not say where
+    it has met with it: where one may begin it is tried. */
+async function unpacked(bytes: Uint8Array<ArrayBuffer>, from: number, room: number): Promise<Member> {
+  const all = await inflated(bytes, from, bytes.length, room);
+  if (!all.isTorn) return all;
+  for (let next = from + SHORTEST; (next = bytes.indexOf(GZIP[0]!, next)) >= 0; next++) {
+    if (!begins(bytes, next)) continue;
+    const one = await inflated(bytes, from, next, room);
+    if (!one.isTorn) return one;
+  }
+  return all;
+}
+
+async function inflated(bytes: Uint8Array<ArrayBuffer>, from: number, end: number, room: number): Promise<Member> {
+  const member: Member = { parts: [], size: 0, isTorn: false, end };
+  const reader = new Blob([bytes.subarray(from, end)]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
   for (;;) {
     const piece = await reader.read().catch(() => null);
-    if (!piece) return { text, isTorn: true };
-    if (piece.done) return { text: text + decoder.decode(), isTorn: false };
-    size += piece.value.length;
-    if (size > LARGEST) {
+    member.isTorn = piece === null;
+    if (!piece || piece.done) return member;
+    member.size += piece.value.length;
+    if (member.size > room) {
       void reader.cancel();
       throw tooLarge();
     }
-    text += decoder.decode(piece.value, { stream: true });
+    member.parts.push(piece.value);
   }
 }
 

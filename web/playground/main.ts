@@ -1,10 +1,11 @@
 // The page that needs no installing: the panel over controllers that run in the page itself.
 import { Problem } from "../src/api";
 import { App, reason } from "../src/app";
-import { h } from "../src/dom";
+import { h, put } from "../src/dom";
 import { show } from "../src/page";
 import { inLanguage } from "../src/words";
 import { Bench, benchPart, takeDrops } from "./bench";
+import { Edition } from "./edition";
 import { Here } from "./here";
 import { OfAnother, read } from "./link";
 import { Beside, give, serialPart } from "./serial";
@@ -17,11 +18,18 @@ const app = new App(here);
 const bench = new Bench(app, here);
 const taken = new Taken();
 const beside = new Beside();
+const kept = h("span");
+const tellKept = () => put(kept, edition.isKept ? `${tell("offline")} · ` : "");
+const edition = new Edition(() => {
+  tellKept();
+  app.changed();
+});
 here.onWait = () => app.changed();
 // A line goes to the real controller as well, while there is one; a job does not.
 app.give = (line) => (beside.line ? give(app, beside, line, bench.isWorking) : app.post(line));
+bench.onOther = () => beside.part(app.machine);
 bench.onWork = () => {
-  beside.isParted = true;
+  beside.part(app.machine);
   if (beside.line) app.onNotice(tell("onlyVirtual"), false, true);
 };
 
@@ -61,8 +69,8 @@ async function follow(instead: Word): Promise<boolean> {
 }
 
 show(app, {
-  where: () => tell(here.isWaiting ? "coming" : "here"),
-  foot: () => [new Text(`${tell("private")} · `), h("a", { href: "licences.txt" }, tell("licences"))],
+  where: () => `${tell(here.isWaiting ? "coming" : "here")}${edition.isOld ? `; ${tell("newEdition")}` : ""}`,
+  foot: () => [new Text(`${tell("private")} · `), (tellKept(), kept), h("a", { href: "licences.txt" }, tell("licences"))],
   above: () => {
     const real = serialPart(app, beside);
     const tours = Object.entries(TOURS).map(([name, { title }]): [string, string] => [name, inLanguage(title)]);
@@ -82,4 +90,4 @@ try {
 }
 takeDrops(bench);
 addEventListener("hashchange", () => void follow("unchanged"));
-if ("serviceWorker" in navigator) void navigator.serviceWorker.register("service.js").catch(() => {});
+void edition.keep();

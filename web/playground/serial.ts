@@ -3,7 +3,7 @@ import type { App, Part } from "../src/app";
 import { card, h, mark, put, Rebuilt } from "../src/dom";
 import type { Machine } from "../src/machine";
 import { figure } from "../src/words";
-import { escaped, recorded, saidSince, verdict, type Exchange, type Passed } from "./exchange";
+import { begun, escaped, heard, recorded, STOP, verdict, type Exchange, type Passed } from "./exchange";
 import { keep } from "./files";
 import { tell } from "./words";
 
@@ -33,6 +33,14 @@ const SHOWN = 4_096;
 const KEPT = 32_000_000;
 const PIECE = 64;
 
+/** What is on its way to a port. */
+interface Item {
+  exchange: Exchange;
+  bytes: number[];
+  /** As it is kept, once it has its turn. */
+  piece?: Passed;
+}
+
 /** The line to a real controller: what went over it, and what it said to each line of the virtual one. */
 class Line {
   readonly exchanges: Exchange[] = [];
@@ -46,14 +54,16 @@ class Line {
   isFull = false;
   private size = 0;
   private readonly first = performance.now();
+  /** What was given to the port and has not gone out yet. */
+  private readonly queue: Item[] = [];
+  /** The one to which the real controller answers now, when that went out, and what has come since. */
+  private current: Exchange | null = null;
   private sentAt = 0;
   private bytes: number[] = [];
   private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
   private reading: Promise<void> = Promise.resolve();
   /** What writes, and to which stream; after an error there is another one. */
   private writer: { of: WritableStream<Uint8Array>; it: WritableStreamDefaultWriter<Uint8Array> } | null = null;
-  /** So many pieces have not gone out yet. */
-  private unsent = 0;
   private isClosing = false;
 
   constructor(
@@ -70,38 +80,61 @@ class Line {
     return Math.round((performance.now() - this.first) * 1e6);
   }
 
-  /** Sends bytes, behind those that have not gone out yet; a line begins an exchange. */
-  async send(bytes: number[], line: string | null, isApart = false): Promise<void> {
-    const { writable } = this.port;
-    if (!writable || this.isClosing) throw new Error(tell("portGone"));
-    if (this.writer?.of !== writable) this.writer = { of: writable, it: writable.getWriter() };
-    if (line !== null) {
-      const nothing = () => ({ bytes: "", after: null });
-      this.bytes = [];
-      this.exchanges.push({ line, real: nothing(), virtual: nothing(), causes: [], isApart });
-      this.sentAt = performance.now();
-    }
-    this.keep(bytes.length, { at: this.since(), in: String.fromCharCode(...bytes) });
-    this.unsent += 1;
-    try {
-      await this.writer.it.write(Uint8Array.from(bytes));
-    } finally {
-      this.unsent -= 1;
-    }
+  /** Sends a line, behind those that have not gone out yet. */
+  send(bytes: number[], line: string, isApart: boolean): Promise<void> {
+    return this.write(bytes, this.begin(line, isApart));
   }
 
   /** Sends STOP. What has not gone out yet does not go before it, and not at all any more. */
   async stop(): Promise<void> {
-    if (this.unsent > 0) await this.giveUpSending();
-    await this.send([BREAK], null);
+    const exchange = this.begin(STOP, false);
+    if (this.queue.length > 0) await this.giveUpSending();
+    await this.write([BREAK], exchange);
+  }
+
+  private begin(line: string, isApart: boolean): Exchange {
+    const exchange = begun(line, "waits", isApart);
+    this.exchanges.push(exchange);
+    return exchange;
+  }
+
+  private async write(bytes: number[], exchange: Exchange): Promise<void> {
+    const item: Item = { exchange, bytes };
+    try {
+      const { writable } = this.port;
+      if (!writable || this.isClosing) throw new Error(tell("portGone"));
+      if (this.writer?.of !== writable) this.writer = { of: writable, it: writable.getWriter() };
+      this.queue.push(item);
+      this.goOn();
+      await this.writer.it.write(Uint8Array.from(bytes));
+    } catch (error) {
+      exchange.went = "cut";
+      const place = item.piece ? this.passed.lastIndexOf(item.piece) : -1;
+      if (place >= 0) this.passed.splice(place, 1);
+      throw error;
+    } finally {
+      const place = this.queue.indexOf(item);
+      if (place >= 0) this.queue.splice(place, 1);
+      this.goOn();
+    }
+  }
+
+  /** The first that has not gone out is on its way: what comes from now on is said to that. */
+  private goOn(): void {
+    const [first] = this.queue;
+    if (!first || first.piece) return;
+    first.piece = { at: this.since(), in: String.fromCharCode(...first.bytes) };
+    this.keep(first.bytes.length, first.piece);
+    first.exchange.went = "out";
+    [this.current, this.bytes, this.sentAt] = [first.exchange, [], performance.now()];
   }
 
   /** A port that has been told so throws away what it has not sent, and has another stream then. */
   private async giveUpSending(): Promise<void> {
-    const { writer, unsent } = this;
+    const { writer, queue } = this;
     this.writer = null;
     if (!writer) return;
-    const given = unsent > 0 ? writer.it.abort(new Error(tell("cutOff"))) : null;
+    const given = queue.length > 0 ? writer.it.abort(new Error(tell("cutOff"))) : null;
     writer.it.releaseLock();
     await given;
   }
@@ -134,8 +167,7 @@ class Line {
     this.heard = performance.now();
     this.keep(bytes.length, { at: this.since(), out: Array.from(bytes, (byte) => String.fromCharCode(byte)).join("") });
     this.bytes.push(...bytes.subarray(0, SHOWN - this.bytes.length));
-    const exchange = this.exchanges.at(-1);
-    if (exchange) exchange.real = { bytes: escaped(this.bytes), after: this.heard - this.sentAt };
+    if (this.current) this.current.real = { bytes: escaped(this.bytes), after: this.heard - this.sentAt };
     this.onChange(false);
   }
 
@@ -165,30 +197,73 @@ export class Beside {
   line: Line | null = null;
   /** The line that there was last: what it has said stays to be read and saved. */
   kept: Line | null = null;
-  /** Where the line that was sent last stands in what the virtual controller tells. */
-  since = 0;
-  sentAt = 0;
+  /** The last entry that was taken in of what the virtual controller tells. */
+  private since = 0;
+  /** What time it was there when the line was sent, and whether that is known to the nanosecond. */
+  private sent = { at: 0, isExact: false };
+  /** What it says from now on is not of the line that was sent last. */
+  private isParted = false;
   /** The exchange that has been asked about. */
   asked: Exchange | null = null;
   /** A port that is being closed: it cannot be opened before. */
   closing: Promise<void> = Promise.resolve();
   /** STOP has not gone out. */
   isUnstopped = false;
-  /** What the virtual controller says from now on is not of the line that was sent last. */
-  isParted = false;
+
+  /** What the virtual controller says from now on is said to what is sent now, unless it does something else besides. */
+  begin(app: App, isApart: boolean): void {
+    const machine = app.machine!;
+    this.hear(machine);
+    this.isParted = isApart;
+    const sent = this.sent = { at: machine.now, isExact: false };
+    const set = ({ now }: { now: number }) => {
+      if (!sent.isExact) sent.at = now;
+    };
+    app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`).then(set, () => {});
+  }
+
+  /** Takes in what the virtual controller has said. */
+  hear(machine: Machine | undefined): void {
+    if (!machine) return;
+    const { since, sent } = this;
+    const { entries } = machine;
+    let news = entries.slice(entries.findLastIndex(({ number }) => number <= since) + 1);
+    this.since = entries.at(-1)?.number ?? 0;
+    const last = this.kept?.exchanges.at(-1);
+    if (!last || this.isParted) return;
+    const command = news.find(({ kind }) => kind === "command");
+    if (command && !sent.isExact) [sent.at, sent.isExact] = [command.at, true];
+    // Whoever puts it back has it do something again, or something else.
+    const back = news.findIndex(({ about }) => about?.deed === "restore");
+    if (back >= 0) news = news.slice(0, back);
+    last.virtual = heard(last.virtual, news, sent.at);
+    if (back >= 0) this.part();
+  }
+
+  /** Nothing that the virtual controller says from now on is said to the last line. */
+  leave(machine: Machine | undefined): void {
+    this.hear(machine);
+    this.isParted = true;
+  }
+
+  /** Something else is done with the virtual controller. What it has said stays; where that was not all, it cannot be compared. */
+  part(machine?: Machine): void {
+    this.hear(machine);
+    const last = this.kept?.exchanges.at(-1);
+    if (last && !this.isParted && verdict(last, true) === "open") last.isApart = true;
+    this.isParted = true;
+  }
 }
 
 /** Gives a line to both controllers, and says whether it could. While something else is given to the virtual one besides,
     what they say is not compared. */
 export async function give(app: App, it: Beside, text: string, isBusy: boolean): Promise<boolean> {
   if (!it.line || !app.machine) return false;
-  const { machine } = app;
   try {
     const bytes = [...text, "\r"].map((letter) => letter.charCodeAt(0));
     if (bytes.some((byte) => byte > 255)) throw new Error(text);
-    [it.since, it.isParted] = [machine.entries.at(-1)?.number ?? 0, isBusy];
-    const clock = app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`);
-    const [, isPosted] = await Promise.all([it.line.send(bytes, text, isBusy), app.post(text), clock.then(({ now }) => (it.sentAt = now))]);
+    it.begin(app, isBusy);
+    const [, isPosted] = await Promise.all([it.line.send(bytes, text, isBusy), app.post(text)]);
     return isPosted;
   } catch (error) {
     app.say(error);
@@ -235,6 +310,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     if (it.line) {
       it.closing = it.line.close();
       it.line = null;
+      it.leave(app.machine);
       if (!await patiently(it.closing).catch(() => false)) app.onNotice(tell("portBusy"), true, true);
       return app.changed();
     }
@@ -244,6 +320,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       const opened = new Line(port, (isGone) => {
         if (isGone && it.line === opened) {
           it.line = null;
+          it.leave(app.machine);
           app.onNotice(tell("portGone"), true, true);
         }
         app.changed();
@@ -260,6 +337,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
 
   const halt = async () => {
     const { line } = it;
+    if (line && app.machine) it.begin(app, false);
     // Neither waits for the other.
     void app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
     if (line) {
@@ -299,7 +377,9 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     app.changed();
   };
 
-  const WORDS = { same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", apart: "apart" } as const;
+  const WORDS = {
+    same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", silent: "silent", apart: "apart", waits: "notSentYet", cut: "notWholly",
+  } as const;
   return {
     element,
     open() {
@@ -309,7 +389,7 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       element.querySelector<HTMLElement>("button, select")?.focus();
       app.changed();
     },
-    show(machine: Machine) {
+    show() {
       if (!serial || element.hidden) return;
       put(connect, tell(it.line ? "disconnect" : "connect"));
       connect.disabled = !it.line && !ready.checked;
@@ -320,10 +400,8 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       save.disabled = !it.kept || it.kept.passed.length === 0;
       const exchanges = it.kept?.exchanges ?? [];
       const last = exchanges.at(-1);
+      it.hear(app.machine);
       if (last && it.line) {
-        const live = app.machine ?? machine;
-        const sent = live.entries.find(({ kind, number }) => kind === "command" && number > it.since);
-        if (!it.isParted) last.virtual = saidSince(live.entries, it.since, sent?.at ?? it.sentAt);
         const isQuiet = performance.now() - it.line.heard > QUIET;
         if (verdict(last, true) === "bytes" && it.asked !== last) {
           if (isQuiet) void explain(last);
@@ -337,10 +415,12 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       state.classList.toggle("alarm", it.isUnstopped);
       rows.from(exchanges, () => exchanges.map((exchange) => {
         const found = verdict(exchange, exchange === last);
-        const cell = ({ bytes, after }: Exchange["real"]) =>
-          h("td", {}, h("code", {}, bytes), h("span", { class: "note" }, after === null ? tell("noAnswerYet") : `${figure(after, after < 10 ? 1 : 0)} ms`));
+        const none = tell(exchange === last ? "noAnswerYet" : "noAnswer");
+        const cell = ({ bytes, after }: Exchange["real"], isAsked: boolean) =>
+          isAsked ? h("td", {}, h("code", {}, bytes), h("span", { class: "note" }, after === null ? none : `${figure(after, after < 10 ? 1 : 0)} ms`)) : h("td");
         const causes = exchange.causes.map((cause) => h("span", { class: "cause" }, h("code", {}, cause), ` ${tell("wouldExplain")}`));
-        return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)), cell(exchange.real), exchange.isApart ? h("td") : cell(exchange.virtual),
+        return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)),
+          cell(exchange.real, exchange.went === "out"), cell(exchange.virtual, !exchange.isApart || exchange.virtual.bytes !== ""),
           h("td", {}, tell(WORDS[found]), ...causes));
       }));
       mark(table, "data-exchanges", String(exchanges.length));

@@ -1,5 +1,7 @@
 // Keeps the page, so that it opens without a network. Nothing else is kept, and nothing is asked of elsewhere.
 
+import type { Asked, Told } from "./edition";
+
 /** What there is, each with the digest of what is in it, and which edition: put in by the build. */
 declare const FILES: [name: string, digest: string][];
 declare const EDITION: string;
@@ -8,9 +10,12 @@ interface Kept extends Event {
   waitUntil(what: Promise<unknown>): void;
   respondWith(what: Promise<Response>): void;
   request: Request;
+  data: Asked;
+  source: { postMessage(told: Told): void } | null;
 }
+const own = self as unknown as { registration: { scope: string }; clients: { claim(): Promise<void> } };
 /** Other editions may lie in other folders of the same host. */
-const OWN = `vimc4 ${(self as unknown as { registration: { scope: string } }).registration.scope} `;
+const OWN = `vimc4 ${own.registration.scope} `;
 const KEPT = OWN + EDITION;
 const listen = (type: string, heard: (event: Kept) => void) => addEventListener(type, heard as (event: Event) => void);
 
@@ -39,6 +44,14 @@ listen("install", (event) => event.waitUntil((async () => {
 listen("activate", (event) =>
   event.waitUntil(caches.keys().then((names) =>
     Promise.all(names.filter((name) => name.startsWith(OWN) && name !== KEPT).map((name) => caches.delete(name))))));
+
+// A page that was there before this one is not its page yet, and holds no later edition back: it asks to be, if it is of
+// this edition.
+listen("message", (event) => {
+  const { edition } = event.data;
+  if (edition === EDITION) event.waitUntil(own.clients.claim());
+  else event.source?.postMessage({ edition: EDITION });
+});
 
 listen("fetch", (event) => {
   const url = new URL(event.request.url);

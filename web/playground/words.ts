@@ -91,8 +91,12 @@ const TABLE = {
   same: ["same", "gleich"],
   bytesDiffer: ["other bytes", "andere Bytes"],
   timesDiffer: ["other time", "andere Zeit"],
-  apart: ["not compared: a file was carried out by the virtual one", "nicht verglichen: Die virtuelle führte eine Datei aus"],
+  apart: ["not compared: the virtual one did something else besides", "nicht verglichen: Die virtuelle tat noch etwas anderes"],
   noAnswerYet: ["no answer yet", "noch keine Antwort"],
+  noAnswer: ["no answer", "keine Antwort"],
+  silent: ["neither has answered", "keine hat geantwortet"],
+  notSentYet: ["not sent yet", "noch nicht gesendet"],
+  notWholly: ["given up before it was sent whole", "aufgegeben, bevor sie ganz gesendet war"],
   wouldExplain: ["would explain it", "würde es erklären"],
   notStopped: [
     "THE REAL MACHINE WAS NOT STOPPED: its port takes no bytes. Use its emergency stop.",
@@ -110,6 +114,7 @@ const TABLE = {
   broken: ["The controllers could not begin", "Die Steuerungen konnten nicht beginnen"],
   licences: ["Licences", "Lizenzen"],
   offline: ["works offline", "funktioniert ohne Netz"],
+  newEdition: ["a new edition begins when all tabs of this page are closed", "eine neue Ausgabe beginnt, wenn alle Tabs dieser Seite geschlossen sind"],
   private: ["Nothing that you do here leaves your computer.", "Nichts, was du hier tust, verlässt deinen Rechner."],
 } as const satisfies Record<string, Pair>;
 

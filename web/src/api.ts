@@ -165,6 +165,7 @@ export interface Entry {
   line?: number;
   signal?: string | number;
   value?: number;
+  about?: { deed?: string } | null;
 }
 
 export interface Position {

@@ -223,11 +223,10 @@ for (const name of ["chromium", "firefox"]) {
     });
 
     with_("a new edition is all of one piece, whatever caches say, and begins when the old one is closed", async (site, opened) => {
+      // The first visit is one as any other.
       const tab = await opened();
-      await until("the page is kept", () => tab.look(async () => (await navigator.serviceWorker.ready).active?.state === "activated"));
-      // Only then it is looked at with what is kept.
-      await tab.reload();
-      await tab.seen(".link", "runs in this page");
+      await tab.seen("footer", "works offline");
+      assert.ok(!(await tab.text(".link")).includes("new edition"));
       const [old, service] = [await site.read("examples.json"), await site.read("service.js")];
       const fresh = JSON.stringify([...JSON.parse(old), { name: "new.txt", model: "", machine: "" }]);
       const digest = (text) => createHash("sha256").update(text).digest("hex");
@@ -235,9 +234,11 @@ for (const name of ["chromium", "firefox"]) {
       // As the build would write it.
       const [edition] = service.match(/(?<=")[0-9a-f]{12}(?=")/);
       assert.ok(service.includes(digest(old)));
-      site.put("service.js", service.replace(digest(old), digest(fresh)).replace(edition, "0123456789ab"));
+      site.put("service.js", service.replace(digest(old), digest(fresh)).replaceAll(edition, "0123456789ab"));
       await tab.look(async () => (await navigator.serviceWorker.getRegistration()).update());
       await until("it waits", () => tab.look(async () => (await navigator.serviceWorker.getRegistration()).waiting !== null));
+      await tab.seen(".link", "a new edition begins when all tabs of this page are closed");
+      assert.equal(await tab.look(async () => (await fetch("examples.json")).text()), old, "an open page goes on with its own files");
       const isNew = () => tab.look(() => [...document.querySelectorAll(".bench option")].some((option) => option.value === "new.txt"));
       assert.equal(await isNew(), false);
       const kept = await tab.look(async () => {
@@ -253,6 +254,19 @@ for (const name of ["chromium", "firefox"]) {
         await tab.seen(".link", "runs in this page");
         return isNew();
       });
+    });
+
+    with_("a page of another edition than the one that is kept goes on without it, and says so", async (site, opened) => {
+      const service = await site.read("service.js");
+      const [edition] = service.match(/(?<=")[0-9a-f]{12}(?=")/);
+      // It was put there while the page was being opened.
+      site.put("service.js", service.replaceAll(edition, "0123456789ab"));
+      const tab = await opened();
+      await tab.seen(".link", "a new edition begins");
+      assert.ok(!(await tab.text("footer")).includes("offline"));
+      await tab.reload();
+      await tab.seen("footer", "works offline");
+      assert.ok(!(await tab.text(".link")).includes("new edition"));
     });
 
     with_("what comes in the place of the rest of this page is not kept", async (site, opened) => {
@@ -341,6 +355,20 @@ for (const name of ["chromium", "firefox"]) {
         await tab.seen(".notice", "It was torn off");
         await tab.seen(".entry-answer", "2");
       }
+      // One in two parts is read to its end, and a byte order mark is none of it.
+      const [one, other] = [text.slice(0, 5_000), text.slice(5_000)].map((part) => gzipSync(part));
+      for (const part of [Buffer.concat([one, other]), gzipSync(`\u{feff}${text}`), `\u{feff}${text}`]) {
+        await tab.drop("nothing.bin", "\0\0\0");
+        await tab.seen(".notice", "no recording");
+        await tab.drop("limit.jsonl", part);
+        await tab.seen(".notice", "A recording");
+        assert.doesNotMatch(await tab.text(".notice"), /torn/);
+        await tab.seen(".entry-answer", "2");
+      }
+      await tab.drop("nothing.bin", "\0\0\0");
+      await tab.seen(".notice", "no recording");
+      await tab.drop("limit.jsonl", Buffer.concat([one, other.subarray(0, -20)]));
+      await tab.seen(".notice", "It was torn off");
       await tab.drop("plate.ncp.gz", gzipSync(await example("plate.ncp")).subarray(0, -20));
       await tab.seen(".notice", "plate.ncp.gz: It was torn off");
       await tab.drop("nothing.bin", "\0\0\0");
@@ -352,6 +380,46 @@ for (const name of ["chromium", "firefox"]) {
       await tab.click(".bench button", "Back to the controller");
       await tab.send("@0P");
       await tab.seen(".entry-answer", "0000000000000000000");
+    });
+
+    with_("a recording that is opened behind another has its own entries, from the first to the last", async (_, opened) => {
+      // Whatever happens between two looks at the page.
+      const tab = await opened("", () => {
+        window.requestAnimationFrame = (show) => setTimeout(() => show(performance.now()), 500);
+      });
+      const text = await example("limit.jsonl");
+      const [head, state] = text.split("\n");
+      const none = `${[head, state, '{"at":0,"end":"it was saved"}'].join("\n")}\n`;
+      const other = `${[head, state, '{"at":0,"in":"@07\\r","by":"a test"}', '{"at":0,"out":"0"}', '{"at":0,"end":"it was saved"}'].join("\n")}\n`;
+      const count = '.log [role="status"]';
+      const open = async (file, entries) => {
+        await tab.drop("session.jsonl", file);
+        await tab.seen(count, entries);
+      };
+      await open(text, "24 of 54 entries");
+      // Only that it is paused at its end, and then something else at the same time under the same number.
+      await open(none, "0 of 1 entries");
+      await open(other, "2 of 3 entries");
+      await open(none, "0 of 1 entries");
+      await open(text, "24 of 54 entries");
+      assert.equal(await tab.look(() => document.querySelectorAll(".entry").length), 24);
+    });
+
+    with_("what was said of one thing is not said of the next", async (_, opened) => {
+      const tab = await opened();
+      const isSilent = () => tab.look(() => !document.querySelector(".notice").checkVisibility());
+      const wrong = async () => {
+        await tab.drop("nothing.bin", "\0\0\0");
+        await tab.seen(".notice", "no recording");
+      };
+      await wrong();
+      await tab.drop("commands.txt", "@07\n");
+      await tab.seen(".bench .note", "commands.txt has been carried out");
+      assert.ok(await isSilent(), "a file that is carried out");
+      await wrong();
+      await tab.choose(".bench select.model", "imc-s8");
+      await tab.seen(".tab .model", "imc-s8");
+      assert.ok(await isSilent(), "another controller");
     });
 
     with_("a tour goes on when the controller has done what it asks for", async (_, opened) => {
@@ -562,7 +630,7 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
         open: async () => {
           if (isOpen) throw new DOMException("The port is already open.", "InvalidStateError");
           isOpen = true;
-          port.readable = new ReadableStream();
+          port.readable = new ReadableStream({ start: (it) => void (window.said = (text) => it.enqueue(new TextEncoder().encode(text))) });
           next();
         },
         close: async () => {
@@ -594,6 +662,31 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
     await tab.click(".real button", "Stop both");
     await until("STOP has gone out", async () => (await sent()) === "\u00fd");
     await tab.seen(".entry-answer", "stopped by");
+    // Every line keeps what came of it: what was given up says so, and what STOP is answered is its own.
+    const rows = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map((row) => [row.querySelector("th").textContent, row.dataset.verdict, row.cells[1].textContent]));
+    await tab.look(() => window.said("F"));
+    await until("both have answered STOP", () => tab.look(() => [1, 2].every((cell) => [...document.querySelectorAll(".exchanges tbody tr")].at(-1).cells[cell].textContent.startsWith("F"))));
+    assert.deepEqual((await rows()).slice(1, 3), [["@0A4000,500,0,900,0,900,0,900", "cut", ""], ["@0P", "cut", ""]]);
+    assert.equal((await rows())[3][0], "STOP (253)");
+    // Another controller takes nothing away of that.
+    const before = await rows();
+    const virtual = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map((row) => row.cells[2].textContent));
+    const said = await virtual();
+    assert.ok(said.at(-1).startsWith("F"), said.join());
+    await tab.choose(".bench select.model", "imc4-m");
+    await tab.seen(".tab .model", "imc4-m");
+    await tab.send("@07");
+    await tab.seen(".entry-answer", "0");
+    await sent();
+    const kept = ([name, , said]) => [name, said];
+    assert.deepEqual((await rows()).slice(0, 4).map(kept), before.map(kept));
+    assert.deepEqual((await virtual()).slice(0, 4), said);
+    const saved = await tab.look(() => new Promise((resolve) => {
+      URL.createObjectURL = (blob) => (blob.text().then(resolve), "#");
+      [...document.querySelectorAll(".real button")].find((one) => one.textContent === "Save a recording").click();
+    }));
+    const given = saved.trim().split("\n").map((line) => JSON.parse(line)).filter((line) => "in" in line || "out" in line).map((line) => line.in ?? line.out);
+    assert.deepEqual(given, ["@07\r", "\u00fd", "F", "@07\r"], "what was given up was not sent");
     await line("@0V");
     assert.equal(await sent(), "@0V\r");
     // Whoever stands at a machine that goes on has to know.
@@ -612,6 +705,8 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
     await tab.click(".real button", "Disconnect");
     await tab.seen(".real button", "Connect");
     await tab.look(() => void (window.isStalled = false));
+    // The page was built anew for the other controller.
+    await tab.click('.real input[type="checkbox"]');
     await tab.click(".real button", "Connect");
     await tab.seen(".real button", "Disconnect");
     await line("@08");

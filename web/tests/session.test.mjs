@@ -10,8 +10,9 @@ const load = async (path) => {
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 };
 const { OfAnother, written, read } = await load("link.ts");
-const { escaped, recorded, saidSince, verdict } = await load("exchange.ts");
+const { begun, escaped, heard, recorded, verdict } = await load("exchange.ts");
 const { kindOf } = await load("files.ts");
+const { Session } = await load("session.ts");
 
 const told = {
   model: "imc4", machine: "mill", at: 7_250_000_001,
@@ -23,6 +24,30 @@ test("a link gives back what was written, and is short", async () => {
   assert.match(link, /^#1\.[A-Za-z0-9_-]+$/);
   assert.ok(link.length < 250, `${link.length}`);
   assert.deepEqual(await read(link), told);
+});
+
+test("a session is what the controller has got, each after the one before, and is done again at those times", () => {
+  const asked = [];
+  const deeds = [[5, "send", "@07\r"], [5, "order", "fault cut"], [9, "set", "input 0.2", 1], [9, "end-rules", ""]];
+  const desk = {
+    ask(...asks) {
+      asked.push(asks);
+      return { status: 200, body: { at: 20, deeds } };
+    },
+    hear: () => [],
+    anew: (begin) => void begin(),
+  };
+  const session = new Session(desk, () => 0);
+  session.ask("PUT", "/session", { model: "imc4", machine: "mill", deeds: [], at: 0 });
+  const { body } = session.ask("GET", "/session");
+  assert.deepEqual(body, { model: "imc4", machine: "mill", at: 20, deeds: [[5, ...deeds[0].slice(1)], [0, ...deeds[1].slice(1)], [4, ...deeds[2].slice(1)], [0, ...deeds[3].slice(1)]] });
+  asked.length = 0;
+  session.ask("PUT", "/session", body);
+  const [pass, own] = [(span) => ["POST", `${own}/clock/advance`, { span }], "/controllers/1"];
+  assert.deepEqual(asked.slice(2, -2), [
+    pass("5ns"), ["POST", `${own}/line`, { send: "@07\r" }], ["POST", `${own}/orders`, { order: "fault cut" }],
+    pass("4ns"), ["PUT", `${own}/signals/input%200.2`, { value: 1 }], ["DELETE", `${own}/rules`], pass("11ns"),
+  ]);
 });
 
 test("what is no link of ours is none, and one that is not whole is refused", async () => {
@@ -48,7 +73,7 @@ async function packed(what) {
 
 test("bytes decide before times do, and times within the tolerance are the same", () => {
   const one = (bytes, after) => ({ bytes, after });
-  const of = (real, virtual, isLast = false) => verdict({ line: "@0P", real, virtual, causes: [], isApart: false }, isLast);
+  const of = (real, virtual, isLast = false) => verdict({ ...begun("@0P", "out"), real, virtual }, isLast);
   assert.equal(of(one("0", 30), one("0", 0)), "same");
   assert.equal(of(one("0", 51), one("0", 0)), "time");
   // A hundredth of ten seconds is more than 50 ms.
@@ -56,25 +81,32 @@ test("bytes decide before times do, and times within the tolerance are the same"
   assert.equal(of(one("0", 10_200), one("0", 10_000)), "time");
   assert.equal(of(one("F", 1), one("0", 1)), "bytes");
   assert.equal(of(one("", null), one("0", 1)), "bytes");
-  assert.equal(of(one("", null), one("", null)), "open");
+  assert.equal(of(one("", null), one("", null), true), "open");
+  assert.equal(of(one("", null), one("", null)), "silent");
   // It may still come.
   assert.equal(of(one("", null), one("0", 1), true), "open");
   assert.equal(of(one("0", 1), one("000", 1), true), "open");
   assert.equal(of(one("H", 1), one("0", 1), true), "bytes");
-  // Where the virtual one has done something else besides there is nothing to compare.
-  assert.equal(verdict({ line: "@0P", real: one("H", 1), virtual: one("0", 1), causes: [], isApart: true }, false), "apart");
+  // Where the virtual one has done something else besides there is nothing to compare, unless both have said the same before.
+  const apart = (real, virtual) => verdict({ ...begun("@0P", "out", true), real, virtual }, false);
+  assert.equal(apart(one("H", 1), one("0", 1)), "apart");
+  assert.equal(apart(one("", null), one("", null)), "apart");
+  assert.equal(apart(one("0", 1), one("0", 1)), "same");
+  // A line that has not gone out has no answer, whatever the virtual one says.
+  for (const went of ["waits", "cut"]) assert.equal(verdict({ ...begun("@0P", went), virtual: one("0", 1) }, true), went);
 });
 
 test("what is said is put together as the journal writes bytes", () => {
   assert.equal(escaped([0x30, 0x0d, 0x0a, 0x5c, 0xfd, 0x41]), "0\\r\\n\\\\\\xFDA");
   const entries = [
-    { number: 4, at: 5, kind: "answer", bytes: "9" },
     { number: 5, at: 1_000_000, kind: "command", bytes: "@0P" },
     { number: 6, at: 3_000_000, kind: "answer", bytes: "0" },
     { number: 7, at: 4_500_000, kind: "answer", bytes: "00" },
   ];
-  assert.deepEqual(saidSince(entries, 4, 1_000_000), { bytes: "000", after: 3.5 });
-  assert.deepEqual(saidSince(entries, 7, 1_000_000), { bytes: "", after: null });
+  const said = heard(begun("@0P", "out").virtual, entries.slice(0, 2), 1_000_000);
+  assert.deepEqual(said, { bytes: "0", after: 2 });
+  assert.deepEqual(heard(said, [], 1_000_000), said);
+  assert.deepEqual(heard(said, entries.slice(2), 1_000_000), { bytes: "000", after: 3.5 });
 });
 
 test("a real conversation is a recording in ASCII, with the head of the virtual controller", () => {

@@ -45,7 +45,8 @@ export function log(app: App): Part {
     put(meaning, "");
   };
 
-  let of: Machine | null = null;
+  /** The entries that are shown: those of another session are others, under the same numbers. */
+  let of: Entry[] | null = null;
   let edition = -1;
   let taken = 0;
   let matches: Entry[] = [];
@@ -152,8 +153,8 @@ export function log(app: App): Part {
       h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit", attrs: { "data-once": "" } }, say("send"))), meaning),
     show(machine: Machine) {
       const lastKnown = taken > 0 ? machine.entries.findLastIndex((entry) => entry.number <= taken) : -1;
-      if (machine !== of || (taken > 0 && lastKnown < 0) || (way && machine.entries !== way)) {
-        of = machine;
+      if (machine.entries !== of || (taken > 0 && lastKnown < 0)) {
+        of = machine.entries;
         detail.hidden = true;
         return again();
       }
