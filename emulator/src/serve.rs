@@ -145,7 +145,7 @@ pub(crate) struct Arguments {
     pub(crate) fresh_clients: bool,
     /// Wait for an editor at this port of this computer, which attaches to the controllers with the Debug
     /// Adapter Protocol; 0 picks a free one and prints it
-    #[arg(long, value_name = "PORT", conflicts_with_all = ["line_pacing", "line_physics"])]
+    #[arg(long, value_name = "PORT")]
     pub(crate) dap: Option<u16>,
     #[cfg(feature = "api")]
     #[command(flatten)]
@@ -164,11 +164,10 @@ pub(crate) struct Arguments {
 
 #[cfg(feature = "api")]
 impl Arguments {
-    /// Whether requests can be given a debugger: its history follows a controller at a plain line whose time
-    /// goes by itself, and no editor leads the same.
+    /// Whether requests can be given a debugger: its history follows a controller whose time goes by itself,
+    /// and no editor leads the same.
     fn can_be_debugged(&self) -> bool {
-        let plain = !self.line_pacing && !self.line_physics;
-        plain && self.dap.is_none() && self.time != Clock::Manual
+        self.dap.is_none() && self.time != Clock::Manual
     }
 }
 

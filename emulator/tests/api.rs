@@ -229,6 +229,36 @@ fn the_debugger_goes_forward_and_back() -> Outcome {
     Ok(())
 }
 
+/// What is on its way on a line that takes its time is debugged along.
+fn a_line_that_takes_its_time_is_debugged() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for option in ["--line-pacing", "--line-physics"] {
+        let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web", option]);
+        let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+        let debug = |line: &str| {
+            let (status, said) = ask("POST", "/debugger", json!({ "line": line }));
+            assert_eq!(status, 200, "{option}, {line}: {said}");
+            said["text"].as_str().unwrap_or_default().to_owned()
+        };
+        ask("POST", "/line", json!({ "send": "@01\r@0A5000,900\r" }));
+        assert_eq!(ask("POST", "/clock/run-until", json!({ "condition": "x > 1000" })).0, 200);
+        // Before it was opened: the move began when the last of its characters had come.
+        assert!(debug("back command").contains("#2 @0A5000,900"));
+        debug("assert x = 0");
+        // Its characters came one after the other.
+        for _ in 0..3 {
+            let before = ask("GET", "/history", Value::Null).1["at"].as_u64();
+            debug("back byte");
+            assert!(ask("GET", "/history", Value::Null).1["at"].as_u64() <= before);
+        }
+        // The controller itself stays, and goes on when nobody looks any more.
+        assert_eq!(ask("DELETE", "/debugger", Value::Null).0, 200);
+        assert_eq!(ask("POST", "/clock/run-until", json!({ "condition": "idle" })).0, 200);
+        assert_eq!(ask("GET", "/position", Value::Null).1["axes"]["X"], 5_000);
+    }
+    Ok(())
+}
+
 /// What was done before anybody asked can be looked at, branches and is taken over.
 fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -505,6 +535,7 @@ fn remedies_can_be_followed() -> Outcome {
         ("/debugger", line("goto command 99"), "`list commands` shows"),
         ("/debugger", line("continue soon"), "a span of time is such as"),
         ("/history/go", json!({ "command": 999_999 }), "the journal has"),
+        ("/history/go", json!({ "command": 0 }), "the journal has"),
         ("/history/do", json!({ "order": "foo" }), "GET the orders, which lists them"),
         ("/history/do", json!({ "order": "pres stop" }), "GET the orders, which lists them"),
     ] {
@@ -888,6 +919,7 @@ fn main() -> ExitCode {
         trial("a_host_gets_what_it_has_not_had", "", a_host_gets_what_it_has_not_had),
         trial("what_is_wrong_is_quoted_whole", "", what_is_wrong_is_quoted_whole),
         trial("remedies_can_be_followed", "", remedies_can_be_followed),
+        trial("a_line_that_takes_its_time_is_debugged", "", a_line_that_takes_its_time_is_debugged),
         trial("a_recording_is_one_page", "", a_recording_is_one_page),
         trial("it_listens_where_it_says", "", it_listens_where_it_says),
     ];

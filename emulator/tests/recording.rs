@@ -70,6 +70,13 @@ fn what_is_served_is_recorded_and_happens_again() {
         let recording = read(&folder.path().join(&file));
         assert_eq!((recording.head.clock.as_str(), recording.head.from.as_str()), (clock, "serve"));
         assert!(recording.is_whole());
+        // What was on its way is gone through like everything else.
+        let lines = "next x = 50\nback command\nassert x = 0\ngoto end\nassert x = 100\nlast command\n\
+                     why motion\n";
+        fs::write(folder.path().join("lines"), lines).unwrap();
+        let (code, text, errors) = run(folder.path(), &["console", &file, "--script", "lines"]);
+        assert_eq!(code, 0, "{text}{errors}");
+        assert!(text.ends_with("@0A100,900,0,900,0,900,0,900 came over the line\n"), "{text}");
     }
 }
 

@@ -36,7 +36,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
     ("vimc4-control", &["vimc4-device", "vimc4-journal"]),
     ("vimc4-coverage", &["vimc4-catalogue", "vimc4-device"]),
     ("vimc4-sweep", &["vimc4-device"]),
-    ("vimc4-debug", &["vimc4-catalogue", "vimc4-device", "vimc4-timeline"]),
+    ("vimc4-debug", &["vimc4-catalogue", "vimc4-control", "vimc4-device", "vimc4-timeline"]),
     (
         "vimc4-script",
         &["vimc4-catalogue", "vimc4-debug", "vimc4-device", "vimc4-motion", "vimc4-ncp"],

@@ -359,7 +359,7 @@ async fn opened<'a>(
 ) -> Result<&'a mut Opened, Problem> {
     if desk.as_mut().is_none_or(Opened::is_over) {
         let Some(open) = open else {
-            let remedy = "leave out --dap, --line-pacing, --line-physics and --time manual";
+            let remedy = "leave out --dap and --time manual";
             let detail = "this program was started without a debugger for requests";
             return Err(Problem::new(Kind::NotNow, detail, remedy));
         };

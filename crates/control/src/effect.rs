@@ -14,6 +14,21 @@ pub enum Effect {
     },
 }
 
+impl Effect {
+    /// What has come of inputs, by which a device has become another one, or has said something, or not.
+    pub fn of<D: Device>(device: &D, inputs: &[Input<'_>], at: Time, has_changed: bool) -> Effect {
+        let in_vain = match inputs {
+            [Input::Fault(Faulting::Begin(_, fault))] if has_changed => device.why_in_vain(fault),
+            _ => None,
+        };
+        match has_changed {
+            true if in_vain.is_some() => Effect::Nothing { why: in_vain },
+            true => Effect::Something,
+            false => Effect::Nothing { why: why_without_effect(device, inputs, at) },
+        }
+    }
+}
+
 /// Why there is not one fault more than [`MOST_FAULTS`](vimc4_device::MOST_FAULTS).
 pub const NO_MORE_FAULTS: &str =
     "no more than 1,000 faults at once; end those that are no longer needed";

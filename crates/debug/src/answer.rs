@@ -29,7 +29,7 @@ pub enum Answer {
     Notes(Vec<Note>, bool),
     /// Where the present is.
     Where(Box<Where>),
-    /// Lines: the faults, the rules, or the help on an order.
+    /// Lines: the faults, the rules, the help on an order, or that an order had no effect.
     Text(String),
     /// A value.
     Value(Variable),

@@ -7,18 +7,47 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DebugError {
     message: String,
+    remedy: Option<Remedy>,
     failed: bool,
+}
+
+/// Where the numbers of commands are, for those who type lines.
+pub const NUMBERED: &str = "`list commands` shows some with their numbers";
+
+/// What lists what there is, where that would be right. Those who type lines have it as a line; who asks in
+/// another way has another way to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remedy {
+    /// The commands of the debugger are listed.
+    Help,
+    /// The commands that the controller got are listed, with their numbers.
+    Numbers,
+}
+
+/// For those who type lines.
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Remedy::Help => "`help` lists them",
+            Remedy::Numbers => NUMBERED,
+        })
+    }
 }
 
 impl DebugError {
     /// A sentence without its full stop, which begins in lower case.
     pub(crate) fn new(message: impl Into<String>) -> DebugError {
-        DebugError { message: message.into(), failed: false }
+        DebugError { message: message.into(), remedy: None, failed: false }
+    }
+
+    /// The same with what lists what there is.
+    pub(crate) fn with(self, remedy: Remedy) -> DebugError {
+        DebugError { remedy: Some(remedy), ..self }
     }
 
     /// An assertion does not hold.
     pub(crate) fn failed(message: impl Into<String>) -> DebugError {
-        DebugError { message: message.into(), failed: true }
+        DebugError { failed: true, ..DebugError::new(message) }
     }
 
     /// Whether it is an `assert` that does not hold, and not a mistyped command.
@@ -26,11 +55,21 @@ impl DebugError {
     pub fn is_failed_assertion(&self) -> bool {
         self.failed
     }
+
+    /// The sentence, with the remedy in the words of whoever was asked.
+    #[must_use]
+    pub fn worded(&self, remedy: impl FnOnce(Remedy) -> String) -> String {
+        match self.remedy {
+            Some(own) => format!("{}; {}", self.message, remedy(own)),
+            None => self.message.clone(),
+        }
+    }
 }
 
+/// For those who type lines.
 impl fmt::Display for DebugError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.worded(|remedy| remedy.to_string()))
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use vimc4_control::Effect;
+use vimc4_control::order::said;
 use vimc4_device::{
     CommandNumber, Deed, Device, Faulting, Input, NotADuration, Order, OwnedInput, Ruling, Sort,
     Time, Verb, escape, faults_in_words, parse_duration, rules_in_words, unescape,
@@ -15,7 +17,7 @@ use crate::expression::in_braces;
 use crate::table::Directive;
 use crate::walk::Walk;
 use crate::why::About;
-use crate::{DebugError, Depth, Expression, Field, Reason, Stop, Unit, Way, WhatIf};
+use crate::{DebugError, Depth, Expression, Field, Reason, Remedy, Stop, Unit, Way, WhatIf};
 
 type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
 
@@ -637,10 +639,8 @@ impl Debugger {
         };
         match order {
             Some(Order::Do(deed)) => {
-                for input in self.inputs_of(&deed)? {
-                    self.give(input.as_input());
-                }
-                Ok(Answer::Done)
+                let inputs = self.inputs_of(&deed)?;
+                Ok(self.done(&inputs))
             }
             Some(Order::Advance(span)) => {
                 let until = self.now() + span;
@@ -657,14 +657,10 @@ impl Debugger {
                 self.told(stop)
             }
             Some(Order::Position) => Ok(self.whereabouts()),
-            Some(Order::Rule(ruling)) => {
-                self.give(Input::Rule(&ruling));
-                Ok(Answer::Done)
-            }
+            Some(Order::Rule(ruling)) => Ok(self.done(&[OwnedInput::Rule(ruling)])),
             Some(Order::Reset) => {
-                self.give(Input::Rule(&Ruling::EndAll));
-                self.give(Input::Fault(&Faulting::EndAll));
-                Ok(Answer::Done)
+                let ends = [OwnedInput::Rule(Ruling::EndAll), OwnedInput::Fault(Faulting::EndAll)];
+                Ok(self.done(&ends))
             }
             Some(Order::Faults) => {
                 Ok(Answer::Text(faults_in_words(&self.line().faults(), self.names())))
@@ -685,6 +681,14 @@ impl Debugger {
             )),
             // Nothing is in transit here when a line is carried out.
             Some(Order::Cancel) | None => Ok(Answer::Done),
+        }
+    }
+
+    /// Does something at the machine, and says so if nothing came of it.
+    fn done(&mut self, inputs: &[OwnedInput]) -> Answer {
+        match self.act(inputs) {
+            Effect::Something => Answer::Done,
+            nothing => Answer::Text(said(&nothing)),
         }
     }
 
@@ -722,10 +726,10 @@ fn unknown(word: &str) -> DebugError {
         .iter()
         .filter(|directive| !word.is_empty() && directive.name.starts_with(word));
     let near: Vec<&str> = near.map(|directive| directive.name).collect();
-    DebugError::new(match near.as_slice() {
-        [] => format!("`{word}` is not a command; `help` lists them"),
-        near => format!("`{word}` is not a command; there is {}", near.join(", ")),
-    })
+    match near.as_slice() {
+        [] => DebugError::new(format!("`{word}` is not a command")).with(Remedy::Help),
+        near => DebugError::new(format!("`{word}` is not a command; there is {}", near.join(", "))),
+    }
 }
 
 /// Why no line of a file can be shown or gone to.

@@ -23,6 +23,16 @@ pub enum Piece {
     Ask(String),
 }
 
+impl Piece {
+    /// Whether it does nothing to the controller.
+    fn is_waiting(&self) -> bool {
+        match self {
+            Piece::Send(_) | Piece::Press(_) => false,
+            Piece::Wait(_) | Piece::Until(..) | Piece::Ask(_) => true,
+        }
+    }
+}
+
 /// What a host will do, and how far it has got at every moment of every branch of a history. What
 /// it has done is in the history; on a new branch it continues from where the branch parted.
 #[derive(Clone, Debug)]
@@ -32,7 +42,8 @@ pub struct Feed {
     lines: Arc<[u32]>,
     /// For each branch, how many pieces were done at these moments, in order.
     done: BTreeMap<BranchId, Vec<Done>>,
-    /// For each branch, the moments at which it asked the operator and by which piece, in order.
+    /// For each branch, the moments at which it asked the operator or came to wait, and by which piece, in
+    /// order.
     asked: BTreeMap<BranchId, Vec<(Moment, usize)>>,
     /// The piece for which it waits or waited last, and where that was.
     wait: Option<Wait>,
@@ -84,6 +95,9 @@ pub(crate) enum Turn {
     Idle,
     /// It has come to something that it asks, and waits.
     Asks,
+    /// It has come to a line at which it waits for a time or a condition. It goes on there when its turn
+    /// comes again.
+    Comes,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -144,7 +158,12 @@ impl Feed {
     #[must_use]
     pub fn waits(&self, history: &History<Wired>) -> Option<&str> {
         match self.pieces.get(self.waits_for(history)?)? {
-            Piece::Ask(what) | Piece::Until(_, what) => Some(what),
+            Piece::Ask(what) => Some(what),
+            Piece::Until(condition, what) => {
+                let nothing: [&Event; 0] = [];
+                let is_so = history.device().holds(condition, nothing.into_iter());
+                (!is_so).then_some(what)
+            }
             _ => None,
         }
     }
@@ -179,11 +198,40 @@ impl Feed {
         line.filter(|line| *line > 0)
     }
 
-    /// The first line of the file at which it asks, from this one on.
+    /// Whether it asks the operator at the present.
+    pub(crate) fn asks_now(&self, history: &History<Wired>) -> bool {
+        let waits = self.waits_for(history).and_then(|piece| self.pieces.get(piece));
+        matches!(waits, Some(Piece::Ask(_)))
+    }
+
+    /// The first line of the file at which it asks or waits, from this one on.
     pub(crate) fn asks_from(&self, line: u32) -> Option<u32> {
-        let asks = self.pieces.iter().zip(self.lines.iter());
-        let asks = asks.filter(|(piece, of)| matches!(piece, Piece::Ask(_)) && **of >= line);
-        asks.map(|(_, of)| *of).filter(|of| *of > 0).min()
+        let waits = self.pieces.iter().zip(self.lines.iter());
+        let waits = waits.filter(|(piece, of)| piece.is_waiting() && **of >= line);
+        waits.map(|(_, of)| *of).filter(|of| *of > 0).min()
+    }
+
+    /// Whether the last thing on the way to the present at which it asked or came to wait is this one.
+    fn has_come_to(&self, piece: usize, history: &History<Wired>) -> bool {
+        let mut place = history.present();
+        loop {
+            let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
+            let by_then = asked.partition_point(|(moment, _)| *moment <= place.moment);
+            if let Some((_, last)) = by_then.checked_sub(1).and_then(|last| asked.get(last)) {
+                return *last == piece;
+            }
+            let mut branches = history.branches();
+            let branch = branches.find(|own| own.id == place.branch);
+            let Some(parted) = branch.and_then(|own| own.parted) else { return false };
+            place = parted;
+        }
+    }
+
+    /// It has come to a piece at the present at which it asks or waits.
+    fn comes_to(&mut self, piece: usize, history: &History<Wired>) {
+        let place = history.present();
+        self.asked.entry(place.branch).or_default().push((place.moment, piece));
+        self.wait = Some(Wait { place, piece, lasts: true });
     }
 
     /// Whether it sends as soon as there is room, and not only when the controller rests.
@@ -198,7 +246,10 @@ impl Feed {
         let present = history.present();
         if let Some(piece) = self.asks_here(present) {
             self.wait = Some(Wait { place: present, piece, lasts: true });
-            return Turn::Asks;
+            return match self.pieces.get(piece) {
+                Some(Piece::Ask(_)) => Turn::Asks,
+                _ => Turn::Comes,
+            };
         }
         if let Some(wait) = &mut self.wait {
             wait.lasts = false;
@@ -225,6 +276,13 @@ impl Feed {
                     self.keep(history, false, number + 1);
                 }
                 _ if !rests => break,
+                Piece::Wait(_) | Piece::Until(..)
+                    if self.lines.get(number).is_some_and(|line| *line > 0)
+                        && !self.has_come_to(number, history) =>
+                {
+                    self.comes_to(number, history);
+                    return Turn::Comes;
+                }
                 Piece::Send(_) => {}
                 Piece::Press(button) => {
                     history.give(Input::Signal(*button, 1));
@@ -247,9 +305,7 @@ impl Feed {
                 }
                 Piece::Ask(_) => {
                     self.keep(history, true, number + 1);
-                    let place = history.present();
-                    self.asked.entry(place.branch).or_default().push((place.moment, number));
-                    self.wait = Some(Wait { place, piece: number, lasts: true });
+                    self.comes_to(number, history);
                     return Turn::Asks;
                 }
             }
@@ -305,7 +361,7 @@ impl Feed {
         self.keep(history, false, next);
     }
 
-    /// The next moment on the way of the present at which it asked the operator.
+    /// The next moment on the way of the present at which it asked the operator or came to wait.
     pub(crate) fn asked_ahead(&self, history: &History<Wired>) -> Option<Place> {
         if self.asked.is_empty() {
             return None;
@@ -331,7 +387,7 @@ impl Feed {
         }
     }
 
-    /// The last moment on the way to the present at which it asked, and the piece that did.
+    /// The last moment on the way to the present at which it asked or came to wait, and the piece that did.
     pub(crate) fn asked_behind(&self, history: &History<Wired>) -> Option<(Place, usize)> {
         let present = history.present();
         let mut place = present;

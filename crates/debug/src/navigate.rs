@@ -12,7 +12,7 @@ use crate::expression::filled;
 use crate::feed::{Asked, Standing, Turn};
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
-use crate::{DebugError, Depth, Feed, Refused, Unit, Way};
+use crate::{DebugError, Depth, Feed, Refused, Remedy, Unit, Way};
 
 impl Debugger {
     /// Makes a number of steps. With [`Depth::Over`] and [`Depth::Out`] it stops at breakpoints on
@@ -44,13 +44,13 @@ impl Debugger {
         let mut open = loops(self.device()).len();
         self.find_problems(&mut problems);
         while made < count {
-            if self.host_goes_on(way) == Turn::Asks {
-                if heeds && !self.meets_question(way, &mut notes, progress) {
-                    return self.stopped_after(Reason::Cancelled, notes, problems);
+            if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
+                if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
+                    return self.stopped_after(why, notes, problems);
                 }
                 made += u64::from(asks_count);
                 if asks_count && made == count {
-                    return self.stopped_after(self.rests(), notes, problems);
+                    return self.stopped_after(self.why_at_line(unit), notes, problems);
                 }
                 continue;
             }
@@ -94,14 +94,14 @@ impl Debugger {
                 self.has_counted(begin, unit != Unit::Step);
             }
             if let Some((place, piece)) = behind {
-                let why = self.asks_again(Some(place), Some(piece));
+                self.asks_again(Some(place), Some(piece));
                 passed.clear();
-                if heeds && !self.meets_question(way, &mut notes, progress) {
-                    return self.stopped_after(Reason::Cancelled, notes, problems);
+                if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
+                    return self.stopped_after(why, notes, problems);
                 }
                 made += 1;
                 if made == count {
-                    return self.stopped_after(why, notes, problems);
+                    return self.stopped_after(self.why_at_line(unit), notes, problems);
                 }
                 continue;
             }
@@ -121,15 +121,15 @@ impl Debugger {
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
-                    let why = self.asks_again(asked, None);
-                    if heeds && !self.meets_question(way, &mut notes, progress) {
-                        return self.stopped_after(Reason::Cancelled, notes, problems);
+                    self.asks_again(asked, None);
+                    if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
+                        return self.stopped_after(why, notes, problems);
                     }
                     made += 1;
                     if made < count {
                         continue;
                     }
-                    why
+                    self.why_at_line(unit)
                 }
                 Found::Here if met.is_empty() => {
                     made += 1;
@@ -171,9 +171,11 @@ impl Debugger {
         let mut passed = BTreeMap::new();
         self.find_problems(&mut problems);
         loop {
-            if self.host_goes_on(way) == Turn::Asks {
-                let why = self.rests();
-                return self.stopped_at_question(why, way, notes, problems, progress);
+            if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
+                match self.ends_walk(way, &mut notes, progress) {
+                    Some(why) => return self.stopped_after(why, notes, problems),
+                    None => continue,
+                }
             }
             if way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
@@ -217,8 +219,14 @@ impl Debugger {
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
             if let Some((place, piece)) = behind {
-                let why = self.asks_again(Some(place), Some(piece));
-                return self.stopped_at_question(why, way, notes, problems, progress);
+                self.asks_again(Some(place), Some(piece));
+                match self.ends_walk(way, &mut notes, progress) {
+                    Some(why) => return self.stopped_after(why, notes, problems),
+                    None => {
+                        passed.clear();
+                        continue;
+                    }
+                }
             }
             self.host_moves(found);
             if way == Way::Back && found == Found::Here {
@@ -240,8 +248,11 @@ impl Debugger {
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
-                    let why = self.asks_again(asked, None);
-                    return self.stopped_at_question(why, way, notes, problems, progress);
+                    self.asks_again(asked, None);
+                    match self.ends_walk(way, &mut notes, progress) {
+                        Some(why) => why,
+                        None => continue,
+                    }
                 }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
@@ -253,9 +264,10 @@ impl Debugger {
                 }
                 Found::Nowhere => match (self.goes_on(end, progress), until) {
                     (Ok(true), _) => continue,
-                    (Err(why @ Reason::Waits(_)), _) => {
-                        return self.stopped_at_question(why, way, notes, problems, progress);
-                    }
+                    (Err(Reason::Waits(_)), _) => match self.ends_walk(way, &mut notes, progress) {
+                        Some(why) => why,
+                        None => continue,
+                    },
                     (Err(why), _) => why,
                     (Ok(false), Some(until)) if until <= known => {
                         self.history.run_to(until);
@@ -351,7 +363,7 @@ impl Debugger {
             self.history.go_to_time(end);
             while found == Found::Nowhere && {
                 self.host_hears(&begins.problems.last);
-                self.host_goes_on(Way::Forward) == Turn::Acted
+                matches!(self.host_goes_on(Way::Forward), Turn::Acted | Turn::Comes)
             } {
                 found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
@@ -521,12 +533,16 @@ impl Debugger {
         self.stand(standing);
         let line = self.source.as_ref().and_then(|source| source.line_of(number));
         let what = line.map_or_else(|| format!("command {number}"), |line| format!("line {line}"));
-        Err(DebugError::new(match (found, waits, refused) {
+        let wrong = match (found, waits, refused) {
             (Found::GivenUp, ..) => "cancelled".to_owned(),
             (_, Some(waits), _) => format!("before {what}, {waits}"),
             (_, _, Some(refused)) => format!("{what} was not sent here: {refused}"),
-            _ => format!("no command has the number {number} here; {NUMBERED}"),
-        }))
+            _ => {
+                let wrong = format!("no command has the number {number} here");
+                return Err(DebugError::new(wrong).with(Remedy::Numbers));
+            }
+        };
+        Err(DebugError::new(wrong))
     }
 
     /// Goes to the end of the way of the present: of a recording, or of what the host does.
@@ -565,7 +581,10 @@ impl Debugger {
             let found = self.history.seek_next(Time::NEVER, &mut telling, progress);
             self.host_hears(&telling.problems.last);
             telling.problems.last.clear();
-            if found != Found::Nowhere || self.host_goes_on(Way::Forward) != Turn::Acted {
+            if found != Found::Nowhere {
+                return found;
+            }
+            if !matches!(self.host_goes_on(Way::Forward), Turn::Acted | Turn::Comes) {
                 return found;
             }
         }
@@ -695,6 +714,44 @@ impl Debugger {
         true
     }
 
+    /// Why a walk that goes on to breakpoints ends where the host has come to, if it does: it asks there, or a
+    /// breakpoint is met at a line at which it only waits.
+    fn ends_walk(
+        &mut self,
+        way: Way,
+        notes: &mut Vec<Note>,
+        progress: &mut Progress<'_>,
+    ) -> Option<Reason> {
+        let why = self.ends_at_line(true, way, notes, progress);
+        why.or_else(|| self.host_asks().then(|| self.rests()))
+    }
+
+    /// Why a walk ends where the host has come to, whatever else it waits for.
+    fn ends_at_line(
+        &mut self,
+        heeds: bool,
+        way: Way,
+        notes: &mut Vec<Note>,
+        progress: &mut Progress<'_>,
+    ) -> Option<Reason> {
+        if heeds && !self.meets_question(way, notes, progress) {
+            return Some(Reason::Cancelled);
+        }
+        // A question ends walks itself, and says what is asked.
+        let met = if heeds && !self.host_asks() { self.met_waiting() } else { Vec::new() };
+        (!met.is_empty()).then_some(Reason::Breakpoints(met))
+    }
+
+    /// Why a step ends at the line that the host has come to.
+    fn why_at_line(&self, unit: Unit) -> Reason {
+        if self.host_asks() { self.rests() } else { Reason::Step(unit) }
+    }
+
+    /// Whether the host asks at the present.
+    fn host_asks(&self) -> bool {
+        self.feed.as_ref().is_some_and(|feed| feed.asks_now(&self.history))
+    }
+
     /// What breakpoints at questions would have logged, on the way to the present.
     pub(crate) fn questions_noted(&mut self, own: &Breakpoint) -> Vec<Note> {
         let (begin, standing) = (self.place(), self.standing());
@@ -792,7 +849,7 @@ impl Debugger {
             if turn != Turn::Asks {
                 turn = self.host_goes_on(Way::Forward);
             }
-            if turn != Turn::Acted {
+            if !matches!(turn, Turn::Acted | Turn::Comes) {
                 break;
             }
         }
@@ -912,13 +969,13 @@ impl Debugger {
         }
     }
 
-    /// Goes to where the host asked the operator, who is asked again each time a walk passes there.
-    fn asks_again(&mut self, place: Option<Place>, piece: Option<usize>) -> Reason {
+    /// Goes to where the host asked the operator, who is asked again each time a walk passes there, or came
+    /// to wait.
+    fn asks_again(&mut self, place: Option<Place>, piece: Option<usize>) {
         if let (Some(place), Some(feed)) = (place, &mut self.feed) {
             self.history.go_back_to(place);
             feed.ask_again(place, piece);
         }
-        self.rests()
     }
 
     /// After a search up to `end` found nothing: lets the host act, or reads more, and says whether
@@ -927,6 +984,11 @@ impl Debugger {
         match self.host_goes_on(Way::Forward) {
             Turn::Acted => return Ok(true),
             Turn::Asks => return Err(self.rests()),
+            Turn::Comes => {
+                // The walk comes to it when it looks there next.
+                self.host_moves(Found::Here);
+                return Ok(true);
+            }
             Turn::Idle => {}
         }
         if end < end_of(&self.history) { Ok(false) } else { self.read_ahead(progress) }
@@ -948,22 +1010,6 @@ impl Debugger {
     /// A stop at the present, as if a walk had just led there.
     pub fn here(&mut self) -> Stop {
         self.stopped(Reason::Gone, Vec::new())
-    }
-
-    /// The same where the host asks.
-    fn stopped_at_question(
-        &mut self,
-        why: Reason,
-        way: Way,
-        mut notes: Vec<Note>,
-        problems: VecDeque<Output>,
-        progress: &mut Progress<'_>,
-    ) -> Stop {
-        let why = match self.meets_question(way, &mut notes, progress) {
-            true => why,
-            false => Reason::Cancelled,
-        };
-        self.stopped_after(why, notes, problems)
     }
 
     /// The same, with what went wrong on the way.
@@ -995,9 +1041,6 @@ impl Debugger {
         Stop { why, place, at, command, notes, problems, outputs, said }
     }
 }
-
-/// Where the numbers of commands are.
-pub const NUMBERED: &str = "`list commands` shows some with their numbers";
 
 /// A number that no breakpoint has.
 const NOBODYS: BreakpointId = BreakpointId(0);

@@ -1,6 +1,10 @@
 //! Reading a recording piece by piece.
 
-use vimc4_device::{CommandNumber, Event, Input, Output, Time, escape};
+use vimc4_catalogue::State;
+use vimc4_control::Effect;
+use vimc4_device::{
+    CommandNumber, Device, Event, Input, LineState, Output, OwnedInput, Time, escape,
+};
 use vimc4_timeline::{BranchId, History, Place, Progress};
 
 use crate::Source;
@@ -13,7 +17,7 @@ use crate::stop::Reason;
 const PATIENCE: usize = 32;
 
 /// How much is read at once when a walk reaches the end of what is known.
-const PIECE: usize = 16_384;
+const PIECE: usize = 4_096;
 
 /// The most commands that are listed as lines.
 const LISTED: usize = 1_000_000;
@@ -148,6 +152,24 @@ impl Debugger {
     /// their way and come with the next walk, so that it can be stopped at what they bring about. In
     /// the past it begins a branch.
     pub fn give(&mut self, input: Input<'_>) {
+        self.give_and_see(input);
+    }
+
+    /// Does something to the controller that is no command, now, and says what came of it.
+    pub fn act(&mut self, inputs: &[OwnedInput]) -> Effect {
+        let (mut before, mut has_said) = (None, false);
+        for input in inputs {
+            let Some(seen) = self.give_and_see(input.as_input()) else { continue };
+            before = before.or(Some(seen.before));
+            has_said |= seen.has_said;
+        }
+        let has_changed = has_said || before.is_some_and(|before| before != self.line().state());
+        let inputs: Vec<Input<'_>> = inputs.iter().map(OwnedInput::as_input).collect();
+        Effect::of(self.line(), &inputs, self.now(), has_changed)
+    }
+
+    /// Gives an input, and says what was seen of it if it has taken effect.
+    fn give_and_see(&mut self, input: Input<'_>) -> Option<Seen> {
         if self.history.is_at_end() && self.goes_on_reading() {
             // After the present comes what was recorded, even if it has not been read yet.
             let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
@@ -157,14 +179,21 @@ impl Debugger {
         if let Some(feed) = &mut self.feed {
             feed.is_given(&self.history, from);
         }
+        let mut seen = None;
         if !matches!(input, Input::Bytes(_)) {
             // What is due by now comes before it, and what it leads to afterwards.
             let now = self.now();
             while {
                 let Place { branch, moment } = self.place();
                 self.history.inputs(branch, moment.inputs).next().is_some()
-                    && self.history.find_next(now, |_, _, _| true)
             } {
+                let before = self.line().state();
+                if !self.history.find_next(now, |_, _, _| true) {
+                    break;
+                }
+                let is_said =
+                    |output: &Output| matches!(output, Output::Bytes(..) | Output::Flash(..));
+                seen = Some(Seen { before, has_said: self.history.outputs().iter().any(is_said) });
                 if let Some(feed) = &mut self.feed {
                     feed.hear(&self.history, self.history.outputs());
                 }
@@ -176,6 +205,7 @@ impl Debugger {
             let last = self.executing().map_or(0, |command| command.number.0.get());
             self.keep_by_hand(bytes, last);
         }
+        seen
     }
 
     /// Keeps what was found out while it was read.
@@ -202,6 +232,14 @@ impl Debugger {
             source.of_command.extend(source.of_command.len() as u32 + 1..=lines);
         }
     }
+}
+
+/// What was seen of an input that has taken effect.
+struct Seen {
+    /// The state just before it.
+    before: LineState<State>,
+    /// Whether something was sent or stored by it.
+    has_said: bool,
 }
 
 /// What is found out while a recording is read.

@@ -9,6 +9,9 @@ use crate::Wired;
 use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::Executing;
 
+/// What rules and faults did, in order.
+pub type Deeds = Vec<(Stamp, Event)>;
+
 /// An event, and where in the history it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Told {
@@ -20,14 +23,16 @@ pub struct Told {
     pub place: Place,
     /// The act.
     pub act: Act,
+    /// What rules and faults did before it by the same act.
+    pub before: Deeds,
 }
 
 /// Looks for an event.
 pub(crate) struct EventSought<F> {
     kinds: Kinds,
     is_it: F,
-    /// The last match.
-    pub(crate) found: Option<(Stamp, Event, Act)>,
+    /// The last match, and what rules and faults did before it by the same act.
+    pub(crate) found: Option<(Stamp, Event, Act, Deeds)>,
 }
 
 impl<F: FnMut(&Stamp, &Event) -> bool> EventSought<F> {
@@ -43,12 +48,15 @@ impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Wired> for EventSought<F> {
 
     fn after(&mut self, _: &Wired, act: Act, outputs: &VecDeque<Output>) -> bool {
         let mut is_here = false;
+        let mut before = Vec::new();
         for output in outputs {
-            if let Output::Event(stamp, event) = output
-                && (self.is_it)(stamp, event)
-            {
-                self.found = Some((*stamp, event.clone(), act));
+            let Output::Event(stamp, event) = output else { continue };
+            if (self.is_it)(stamp, event) {
+                self.found = Some((*stamp, event.clone(), act, before.clone()));
                 is_here = true;
+            }
+            if matches!(event, Event::Rule { .. } | Event::Fault { .. }) {
+                before.push((*stamp, event.clone()));
             }
         }
         is_here
@@ -93,8 +101,8 @@ impl Debugger {
         let found = self.history_mut().seek_last_or_here(&mut sought, progress);
         let place = self.place();
         self.history_mut().go_back_to(begin);
-        let (stamp, event, act) = sought.found.filter(|_| found == Found::Here)?;
-        Some(Told { stamp, event, place, act })
+        let (stamp, event, act, before) = sought.found.filter(|_| found == Found::Here)?;
+        Some(Told { stamp, event, place, act, before })
     }
 
     /// The command that is executed now, or was last.
@@ -119,7 +127,7 @@ impl Debugger {
         let history = self.history_mut();
         let mut found = history.seek_last_or_here(&mut sought, &mut uninterrupted);
         while found == Found::Here {
-            if let Some((stamp, Event::Command { bytes, .. }, _)) = sought.found.take() {
+            if let Some((stamp, Event::Command { bytes, .. }, ..)) = sought.found.take() {
                 present = present.or(stamp.command);
                 seen.push_front((stamp, bytes.to_vec()));
             }
@@ -139,7 +147,7 @@ impl Debugger {
             {
                 break;
             }
-            if let Some((stamp, Event::Command { bytes, .. }, _)) = sought.found.take() {
+            if let Some((stamp, Event::Command { bytes, .. }, ..)) = sought.found.take() {
                 seen.push_back((stamp, bytes.to_vec()));
             }
         }

@@ -406,7 +406,7 @@ pub static TABLE: &[Directive] = &[
         name: "why",
         short: Some("y"),
         arguments: "[answer|error|stop|switch|signal|port|motion]",
-        about: "what led to this, back to the byte or the button",
+        about: "what led to this, back to the byte, the button, the rule or the fault",
         more: "Without a word, it explains what happened last.",
         example: "why answer",
         group: Group::Asking,

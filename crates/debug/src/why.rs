@@ -1,12 +1,12 @@
 //! What led to something: a chain from the effect back to a byte, a button or the power.
 
 use std::collections::VecDeque;
-use std::fmt;
+use std::{fmt, iter};
 
 use serde_json::Value;
 use vimc4_device::{
-    CommandNumber, Condition, Device, Event, Input, Kinds, Motion, Names, Output, OwnedInput,
-    Stamp, Time, Warning, escape,
+    CommandNumber, Condition, Device, Event, FaultNews, Input, Kinds, MachineStrike, Motion, Names,
+    Output, OwnedInput, RuleId, RuleNews, Ruling, Stamp, Strike, Time, Warning, escape,
 };
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
@@ -160,6 +160,43 @@ pub enum ExplanationKind {
     Input(OwnedInput),
 }
 
+impl Explanation {
+    /// Whether it came from outside, or by itself: nothing else led to it.
+    fn is_outside(&self) -> bool {
+        match &self.kind {
+            ExplanationKind::Input(_) => true,
+            ExplanationKind::Event(event) => does_something(event),
+            _ => false,
+        }
+    }
+}
+
+/// Whether it is what a rule or a fault does, and not that it begins or ends.
+fn is_of_its_own(event: &Event) -> bool {
+    match event {
+        Event::Rule { news, .. } => !matches!(news, RuleNews::Begins | RuleNews::Ends),
+        Event::Fault { news, .. } => !matches!(news, FaultNews::Begins(_) | FaultNews::Ends),
+        _ => false,
+    }
+}
+
+/// Whether a rule or a fault does something to the controller with this.
+fn does_something(event: &Event) -> bool {
+    match event {
+        Event::Rule { news, .. } => matches!(news, RuleNews::Acts(..) | RuleNews::SetsBack),
+        Event::Fault { news, .. } => {
+            matches!(news, FaultNews::Armed | FaultNews::Strikes(Strike::Machine(_)))
+        }
+        _ => false,
+    }
+}
+
+/// Whether a place comes after another on one way: a branch has a higher number than the one that it has
+/// left.
+fn is_later(place: Place, other: Place) -> bool {
+    (place.branch.0, place.moment) > (other.branch.0, other.moment)
+}
+
 impl fmt::Display for Chain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (place, link) in self.links.iter().enumerate() {
@@ -269,9 +306,27 @@ impl Debugger {
     /// What led to the last limit switch that has become active.
     fn why_switch(&mut self, progress: &mut Progress<'_>) -> Option<Chain> {
         let (switch, by_act) = self.limit_met(progress)?;
+        let end = match &switch.kind {
+            ExplanationKind::State(Condition::Limit { axis, positive, .. }) => {
+                Some((*axis, *positive))
+            }
+            _ => None,
+        };
         let mut links = vec![switch];
-        // By hand, or by a motion.
+        // By hand, by a rule or a fault, or by a motion.
         let place = self.place();
+        let pressed = self.last_event(Kinds::SWITCH, progress, |_, event| match event {
+            Event::Switch { axis, positive, active: true } => end == Some((*axis, *positive)),
+            _ => false,
+        });
+        if let Some(pressed) = pressed.filter(|pressed| pressed.place == place) {
+            let by = self.outside(&pressed, progress);
+            self.history_mut().go_back_to(place);
+            if !by.is_empty() {
+                links.extend(by);
+                return Some(Chain { links });
+            }
+        }
         if by_act
             && let Some(input) = self.input_at(place).filter(|input| input.at == place.moment.at)
             && matches!(input.kind, ExplanationKind::Input(OwnedInput::Signal(..)))
@@ -321,12 +376,12 @@ impl Debugger {
 
     /// Adds what led to an event.
     fn causes(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
-        // An immediate act of a person or a control code is its own cause.
-        if let Some(input) = self.outside(told) {
-            links.push(input);
-            if told.stamp.command.is_none() {
-                return;
-            }
+        // An immediate act of a person, a rule, a fault or a control code is its own cause.
+        let outside = self.outside(told, progress);
+        let is_explained = !outside.is_empty();
+        links.extend(outside);
+        if is_explained && told.stamp.command.is_none() {
+            return;
         }
         self.history_mut().go_back_to(told.place);
         let is_ended = matches!(
@@ -340,6 +395,8 @@ impl Debugger {
         if is_ended {
             self.ending(told, links, progress);
         }
+        self.history_mut().go_back_to(told.place);
+        self.stalled(told, links, progress);
         self.history_mut().go_back_to(told.place);
         let line = self.last_event(Kinds::COMMAND, progress, |stamp, event| {
             stamp.command == of && matches!(event, Event::Line { .. })
@@ -362,20 +419,44 @@ impl Debugger {
                     links.push(self.link(&command));
                 }
                 self.history_mut().go_back_to(command.place);
-                links.extend(self.received(&command.event));
+                match self.received(&command.event) {
+                    Some(received) => links.push(received),
+                    None => links.extend(self.distorted(&command, progress)),
+                }
             }
             None => {
                 let mut begun = Begun::default();
-                let is_outside =
-                    |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
                 let history = self.history_mut();
-                if !links.iter().any(is_outside)
+                if !links.iter().any(Explanation::is_outside)
                     && history.seek_last_or_here(&mut begun, progress) == Found::Here
                 {
                     let place = self.place();
                     links.extend(self.input_at(place));
                 }
             }
+        }
+    }
+
+    /// Adds what let a motor stand whose carriage has not gone where its counter has.
+    fn stalled(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
+        let Event::Warning(Warning::StepsLost { axis, .. }) = told.event else { return };
+        let stands = self.last_event(Kinds::FAULT, progress, |_, event| {
+            let Event::Fault { news: FaultNews::Strikes(Strike::Machine(strike)), .. } = event
+            else {
+                return false;
+            };
+            matches!(strike, MachineStrike::Stands(own, _) if *own == axis)
+        });
+        let begins = self.last_event(Kinds::MOTION, progress, |_, event| {
+            matches!(event, Event::Motion(Motion::Begins { .. }))
+        });
+        let is_of_motion =
+            |stands: &Told| begins.is_none_or(|begins| !is_later(begins.place, stands.place));
+        let Some(stands) = stands.filter(is_of_motion) else { return };
+        let link = self.link(&stands);
+        if !links.contains(&link) {
+            links.push(link);
+            links.extend(self.begun_by(&stands, progress));
         }
     }
 
@@ -392,7 +473,7 @@ impl Debugger {
         if let Some(braked) = braked.filter(|braked| braked.event != told.event) {
             at = braked.stamp.at;
             links.push(self.link(&braked));
-            links.extend(self.outside(&braked));
+            links.extend(self.outside(&braked, progress));
             self.history_mut().go_back_to(braked.place);
         }
         let switch = self.last_event(Kinds::SWITCH, progress, |stamp, event| {
@@ -406,12 +487,11 @@ impl Debugger {
                 self.history_mut().go_back_to(told.place);
             }
         }
-        let is_outside = |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
-        if !links.iter().any(is_outside)
+        if !links.iter().any(Explanation::is_outside)
             && let Some(signal) =
                 self.last_event(Kinds::SIGNAL, progress, |stamp, _| stamp.at == at)
         {
-            links.extend(self.outside(&signal));
+            links.extend(self.outside(&signal, progress));
         }
     }
 
@@ -422,13 +502,165 @@ impl Debugger {
         has_run || matches!(event, Event::Warning(Warning::ProgramError { .. }))
     }
 
-    /// The input whose own act produced an event, if one did.
-    fn outside(&mut self, told: &Told) -> Option<Explanation> {
-        match told.act {
-            Act::Cause => None,
-            Act::Byte(byte) if !self.device().is_urgent(byte) => None,
-            Act::Byte(_) | Act::Input => self.input_at(told.place),
+    /// What produced an event by an act of its own, if something did: a rule or a fault, and what began it;
+    /// an input.
+    fn outside(&mut self, told: &Told, progress: &mut Progress<'_>) -> Vec<Explanation> {
+        let mut links = Vec::new();
+        let by = told.before.iter().rev().find(|(_, event)| does_something(event));
+        if is_of_its_own(&told.event) {
+            links.extend(self.begun_by(told, progress));
+        } else if let Some((stamp, event)) = by.cloned() {
+            let by = Told { stamp, event, before: Vec::new(), ..*told };
+            links.push(self.link(&by));
+            links.extend(self.begun_by(&by, progress));
         }
+        let input = match told.act {
+            Act::Input => self.input_at(told.place),
+            Act::Byte(byte) if self.device().is_urgent(byte) => self.input_at(told.place),
+            Act::Byte(_) => None,
+            Act::Cause => self.arrived(told.place),
+        };
+        // What begins a rule or a fault may let it act at once, and has been said then.
+        let is_said = |input: &Explanation| links.iter().any(|link| link.kind == input.kind);
+        let input = input.filter(|input| !is_said(input));
+        links.extend(input);
+        links
+    }
+
+    /// The control code that reaches the controller at a moment, where it takes a cause to cross the line.
+    fn arrived(&mut self, place: Place) -> Option<Explanation> {
+        self.history_mut().go_back_to(place);
+        let arriving = self.history_mut().back().then(|| self.line().arriving()).flatten();
+        let before = self.place();
+        let (byte, later) = arriving.filter(|(byte, _)| self.device().is_urgent(*byte))?;
+        let (_, place, at) = self.sent_before(before).nth(later)?;
+        let kind = ExplanationKind::Input(OwnedInput::from(Input::Bytes(&[byte])));
+        let text = format!("the byte {} came over the line", escape(&[byte]));
+        Some(Explanation { kind, at, place, text })
+    }
+
+    /// What led to something that a rule or a fault did: what began it, and with a fault that waited, when
+    /// that was over.
+    fn begun_by(&mut self, told: &Told, progress: &mut Progress<'_>) -> Vec<Explanation> {
+        let mut links = Vec::new();
+        self.history_mut().go_back_to(told.place);
+        let begun = match &told.event {
+            Event::Rule { rule, .. } => {
+                let begun = self.last_event(Kinds::FAULT, progress, |_, event| {
+                    let Event::Rule { rule: own, news: RuleNews::Begins } = event else {
+                        return false;
+                    };
+                    own == rule
+                });
+                if begun.is_none() {
+                    links.extend(self.was_there(rule));
+                }
+                begun
+            }
+            Event::Fault { number, .. } => {
+                let is_armed = |event: &Event| match event {
+                    Event::Fault { number: own, news: FaultNews::Armed } => own == number,
+                    _ => false,
+                };
+                let is_begun = |event: &Event| match event {
+                    Event::Fault { number: own, news: FaultNews::Begins(_) } => own == number,
+                    _ => false,
+                };
+                if !is_armed(&told.event) {
+                    let last = self.last_event(Kinds::FAULT, progress, |_, event| {
+                        is_armed(event) || is_begun(event)
+                    });
+                    let armed = last.filter(|last| is_armed(&last.event));
+                    links.extend(armed.map(|armed| self.link(&armed)));
+                }
+                self.last_event(Kinds::FAULT, progress, |_, event| is_begun(event))
+            }
+            _ => None,
+        };
+        let Some(begun) = begun else { return links };
+        // A fault may be what a rule did.
+        let acted = begun.before.iter().rev().find(|(_, event)| match (event, &begun.event) {
+            (Event::Rule { news: RuleNews::Acts(_, faults), .. }, Event::Fault { number, .. }) => {
+                faults.contains(number)
+            }
+            _ => false,
+        });
+        match acted.cloned() {
+            Some((stamp, event)) => {
+                let acted = Told { stamp, event, before: Vec::new(), ..begun };
+                links.push(self.link(&acted));
+                links.extend(self.begun_by(&acted, progress));
+            }
+            None if begun.act == Act::Input => {
+                self.history_mut().go_back_to(begun.place);
+                let what = match &begun.event {
+                    Event::Rule { rule, .. } => self.rule_in_words(rule),
+                    Event::Fault { number, news: FaultNews::Begins(fault) } => Some(format!(
+                        "fault {number} was begun: {}",
+                        self.names().write_fault(fault)
+                    )),
+                    _ => None,
+                };
+                let input = self.input_at(begun.place);
+                links.extend(input.zip(what).map(|(input, text)| Explanation { text, ..input }));
+            }
+            None => {}
+        }
+        links
+    }
+
+    /// A rule that there is at the present, for people.
+    fn rule_in_words(&self, id: &RuleId) -> Option<String> {
+        let view = self.line().rules().into_iter().find(|view| view.id == *id)?;
+        let rule = self.names().write_rule(&view.rule);
+        Some(format!("rule {id} was begun: {}", rule.strip_prefix("rule ").unwrap_or(&rule)))
+    }
+
+    /// A rule that was begun before everything that is known.
+    fn was_there(&self, id: &RuleId) -> Option<Explanation> {
+        let view = self.line().rules().into_iter().find(|view| view.id == *id)?;
+        let ruling = Ruling::Begin(id.scenario, view.rule.into());
+        let first = self.history().branches().next().map(|branch| branch.first);
+        let place = Place { branch: BranchId(0), moment: first.unwrap_or_default() };
+        let text = self.rule_in_words(id)? + ", before all that is known";
+        let kind = ExplanationKind::Input(OwnedInput::Rule(ruling));
+        Some(Explanation { kind, at: place.moment.at, place, text })
+    }
+
+    /// What faults made of the bytes of a command whose text nobody has sent: from the last of them back.
+    fn distorted(&mut self, command: &Told, progress: &mut Progress<'_>) -> Vec<Explanation> {
+        /// So many strikes are told.
+        const STRIKES: usize = 4;
+        let mut links = Vec::new();
+        self.history_mut().go_back_to(command.place);
+        let before = self.last_event(Kinds::COMMAND, progress, |stamp, event| {
+            stamp.command != command.stamp.command && matches!(event, Event::Command { .. })
+        });
+        let mut last = None;
+        for _ in 0..STRIKES {
+            let struck = self.last_event(Kinds::FAULT, progress, |_, event| {
+                let Event::Fault { news: FaultNews::Strikes(strike), .. } = event else {
+                    return false;
+                };
+                let Strike::Line { way, sent, arrives, .. } = strike else { return false };
+                *way == vimc4_device::Way::ToController && sent != arrives
+            });
+            let is_of_it = |struck: &Told| {
+                before.as_ref().is_none_or(|before| is_later(struck.place, before.place))
+            };
+            let Some(struck) = struck.filter(is_of_it) else { break };
+            links.push(self.link(&struck));
+            self.history_mut().go_back_to(struck.place);
+            let has_more = self.history_mut().back();
+            last = Some(struck);
+            if !has_more {
+                break;
+            }
+        }
+        if let Some(last) = last {
+            links.extend(self.begun_by(&last, progress));
+        }
+        links
     }
 
     /// The input that leads to a moment.
@@ -472,7 +704,11 @@ impl Debugger {
                 format!("fault {}", Names::of(self.device()).write_faulting(faulting))
             }
             OwnedInput::Rule(ruling) => {
-                format!("rule {}", Names::of(self.device()).write_ruling(ruling))
+                let ruling = Names::of(self.device()).write_ruling(ruling);
+                match ruling.starts_with("rule ") {
+                    true => ruling,
+                    false => format!("rule {ruling}"),
+                }
             }
             OwnedInput::Wake => "time passed".to_owned(),
         }
@@ -484,55 +720,64 @@ impl Debugger {
         const FAR: usize = 1 << 16;
         let Event::Command { bytes: line, .. } = event else { return None };
         let line = line.strip_suffix(b"...").unwrap_or(line);
-        let mut place = self.place();
-        // The bytes that had come, the last one first, each with the moment just after it.
-        let mut come: Vec<(u8, Place, Time)> = Vec::new();
-        let waiting = self.device().view(self.now()).received.used + self.ends_waiting();
         let backwards: Vec<u8> = line.iter().rev().copied().collect();
-        // Up to here nothing was found.
-        let mut looked = waiting;
-        while come.len() < FAR {
-            let Moment { inputs, bytes, .. } = place.moment;
-            let (number, until) = match (bytes, inputs.checked_sub(1)) {
-                (1.., _) => (inputs, bytes as usize),
-                (0, Some(before)) => (before, usize::MAX),
-                (0, None) => {
-                    let branch = self.branch_from(place.branch)?;
-                    place = branch;
-                    continue;
-                }
-            };
-            let given = self.history().inputs(place.branch, number).next()?;
-            if let OwnedInput::Bytes(all) = &given.input {
-                for (at, byte) in all.iter().enumerate().take(until).rev() {
-                    let is_last = at + 1 == all.len();
-                    let moment = Moment {
-                        inputs: number + u64::from(is_last),
-                        bytes: if is_last { 0 } else { at as u64 + 1 },
-                        causes: 0,
-                        at: given.at,
-                    };
-                    come.push((*byte, Place { branch: place.branch, moment }, given.at));
-                }
+        let waiting = self.device().view(self.now()).received.used + self.ends_waiting();
+        let waiting = waiting + self.line().coming();
+        if line.is_empty() {
+            return None;
+        }
+        let mut end = None;
+        // The bytes that came last, the last one first, as many as the text has.
+        let mut come: VecDeque<(u8, Place, Time)> = VecDeque::new();
+        for sent in self.sent_before(self.place()).take(FAR).skip(waiting) {
+            come.push_back(sent);
+            if come.len() > backwards.len() {
+                end = come.pop_front();
             }
-            place.moment = Moment { inputs: number, bytes: 0, ..Moment::default() };
-            let come_last = come.get(looked..).unwrap_or_default();
-            let found = come_last
-                .windows(backwards.len().max(1))
-                .position(|window| window.iter().map(|(byte, ..)| byte).eq(&backwards));
-            if found.is_none() {
-                looked = looked.max(come.len().saturating_sub(backwards.len()));
-            }
-            if let Some(found) = found {
+            if come.iter().map(|(byte, ..)| byte).eq(&backwards) {
                 // The end of the line came after it.
-                let end = (looked + found).saturating_sub(1).max(waiting);
-                let (byte, place, at) = *come.get(end)?;
+                let (byte, place, at) = end.or_else(|| come.front().copied())?;
                 let kind = ExplanationKind::Input(OwnedInput::from(Input::Bytes(&[byte])));
                 let text = format!("{} came over the line", escape(line));
                 return Some(Explanation { kind, at, place, text });
             }
         }
         None
+    }
+
+    /// The bytes that were sent by a moment, the last one first, each with the moment just after it.
+    fn sent_before(&self, mut place: Place) -> impl Iterator<Item = (u8, Place, Time)> {
+        let inputs = iter::from_fn(move || {
+            loop {
+                let Moment { inputs, bytes, .. } = place.moment;
+                let (number, until) = match (bytes, inputs.checked_sub(1)) {
+                    (1.., _) => (inputs, bytes as usize),
+                    (0, Some(before)) => (before, usize::MAX),
+                    (0, None) => {
+                        place = self.branch_from(place.branch)?;
+                        continue;
+                    }
+                };
+                let given = self.history().inputs(place.branch, number).next()?;
+                place.moment = Moment { inputs: number, bytes: 0, ..Moment::default() };
+                if let OwnedInput::Bytes(all) = given.input {
+                    return Some((place.branch, number, given.at, all, until));
+                }
+            }
+        });
+        inputs.flat_map(|(branch, number, at, all, until)| {
+            let count = all.len();
+            (0..count.min(until)).rev().filter_map(move |nth| {
+                let is_last = nth + 1 == count;
+                let moment = Moment {
+                    inputs: number + u64::from(is_last),
+                    bytes: if is_last { 0 } else { nth as u64 + 1 },
+                    causes: 0,
+                    at,
+                };
+                Some((*all.get(nth)?, Place { branch, moment }, at))
+            })
+        })
     }
 
     /// How many waiting line ends are not among the bytes reported as waiting.

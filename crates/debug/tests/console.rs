@@ -4,7 +4,7 @@
 
 mod drive;
 
-use vimc4_debug::{DebugError, Debugger, Reason, uninterrupted};
+use vimc4_debug::{DebugError, Debugger, Reason, Remedy, uninterrupted};
 use vimc4_device::{Device, Input};
 
 use drive::{debugger, run, stop};
@@ -657,4 +657,53 @@ fn faults_and_rules_are_debugged_with_the_controller() {
     run(&mut debugger, &["goto start", "goto end"]);
     assert_eq!(debugger.place(), moment);
     assert!(said(&mut debugger, "faults").contains("is over, struck once"));
+}
+
+#[test]
+fn what_has_no_effect_is_said_in_the_words_of_all_others() {
+    let mut debugger = moved();
+    for (line, words) in [
+        ("fault end 5", "ok, without effect: there is no such fault"),
+        ("fault end all", "ok, without effect: nothing is wrong"),
+        ("rule end 5", "ok, without effect: there is no such rule"),
+        ("reset", "ok, without effect: there are no rules, and nothing is wrong"),
+        ("press stop", "ok, without effect: nothing moves and no program runs"),
+        ("power on", "ok, without effect: it was so already"),
+        ("set probe 0", "ok, without effect: it was so already"),
+        ("fault load z 50", "ok, without effect: the machine profile does not say what the motor"),
+        ("set probe 1", ""),
+        ("fault jam x", ""),
+        ("fault end all", ""),
+        ("rule when x > 3: press stop", ""),
+        ("reset", ""),
+    ] {
+        let said = said(&mut debugger, line);
+        let is_it = if words.is_empty() { said.is_empty() } else { said.starts_with(words) };
+        assert!(is_it, "{line}: {said}");
+    }
+    // In the past, too, where it begins a branch.
+    run(&mut debugger, &["goto start", "next x = 400"]);
+    assert_eq!(said(&mut debugger, "press stop"), "");
+    assert_eq!(said(&mut debugger, "fault end 5"), "ok, without effect: there is no such fault");
+}
+
+#[test]
+fn a_remedy_is_worded_by_whoever_was_asked() {
+    let mut debugger = moved();
+    for (line, message, remedy) in [
+        ("goto command 99", "no command has the number 99 here", Some(Remedy::Numbers)),
+        ("nonsense", "`nonsense` is not a command", Some(Remedy::Help)),
+        ("assert x = 77", "`x = 77` is not so at ", None),
+    ] {
+        let error = wrong(&mut debugger, line);
+        let mut asked = None;
+        let worded = error.worded(|remedy| {
+            asked = Some(remedy);
+            "look there".to_owned()
+        });
+        assert!(worded.starts_with(message), "{worded}");
+        assert_eq!((asked, worded.ends_with("; look there")), (remedy, remedy.is_some()), "{line}");
+    }
+    let error = wrong(&mut debugger, "goto command 99").to_string();
+    assert!(error.ends_with("; `list commands` shows some with their numbers"), "{error}");
 }

@@ -35,7 +35,7 @@ impl Reel for Tape {
 }
 
 /// Far more than is read at once.
-const COMMANDS: u64 = 19_800;
+const COMMANDS: u64 = 4_950;
 
 /// One command each second: the axes are set, then X goes a step to and fro, but for one long way.
 fn things(commands: u64) -> Vec<(Time, Recorded)> {
@@ -43,14 +43,14 @@ fn things(commands: u64) -> Vec<(Time, Recorded)> {
     for number in 0..commands {
         let line: &[u8] = match number {
             0 => b"@01\r",
-            18_001 => b"@0A700,900\r",
-            18_003 => b"@0A-700,900\r",
+            4_501 => b"@0A700,900\r",
+            4_503 => b"@0A-700,900\r",
             odd if odd % 2 == 1 => b"@0A1,900\r",
             _ => b"@0A-1,900\r",
         };
         let at = Time::from_secs(number + 1);
         things.push((at, Recorded::Given(OwnedInput::from(Input::Bytes(line)))));
-        if number == 19_000 {
+        if number == 4_750 {
             things.push((at, Recorded::Mark("late".to_owned())));
         }
     }
@@ -81,12 +81,12 @@ fn whatever_is_asked_is_as_if_everything_had_been_read_before() {
     let lines = [
         "goto end",
         "goto late",
-        "goto 19500s",
-        "goto command 19500",
+        "goto 4875s",
+        "goto command 4875",
         "next x > 500",
         "continue",
-        "step 200 command",
-        "step 2000s",
+        "step 50 command",
+        "step 500s",
         "trace x > 500",
         "run until x > 500",
     ];
@@ -95,7 +95,7 @@ fn whatever_is_asked_is_as_if_everything_had_been_read_before() {
         if line.starts_with("step") {
             // Over the place up to which it is read by then.
             for debugger in [&mut whole, &mut unread] {
-                debugger.execute("goto 16300s", &mut uninterrupted).unwrap();
+                debugger.execute("goto 4060s", &mut uninterrupted).unwrap();
             }
         }
         let [one, other] = [&mut whole, &mut unread].map(|debugger| {
@@ -158,22 +158,22 @@ fn what_is_done_where_reading_has_come_to_is_a_branch() {
 fn what_is_wrong_is_said_where_one_comes_to_it() {
     const WRONG: &str = "tape, line 9: it is no line";
     let mut debugger = unread(Some(WRONG));
-    debugger.execute("goto command 19800", &mut uninterrupted).unwrap();
-    debugger.execute("goto 19500s", &mut uninterrupted).unwrap();
-    for line in ["continue", "goto end", "goto 50000s", "goto nowhere", "next x > 800", "step s"] {
-        debugger.execute("goto 19790s", &mut uninterrupted).unwrap();
+    debugger.execute("goto command 4950", &mut uninterrupted).unwrap();
+    debugger.execute("goto 4875s", &mut uninterrupted).unwrap();
+    for line in ["continue", "goto end", "goto 12500s", "goto nowhere", "next x > 800", "step s"] {
+        debugger.execute("goto 4940s", &mut uninterrupted).unwrap();
         let line = if line == "step s" { "step 100s" } else { line };
         let error = debugger.execute(line, &mut uninterrupted).unwrap_err();
         assert_eq!(error.to_string(), WRONG, "{line}");
     }
     // What is known is gone through all the same.
     debugger.execute("last x > 500", &mut uninterrupted).unwrap();
-    assert!(debugger.now() > Time::from_secs(18_002));
+    assert!(debugger.now() > Time::from_secs(4_502));
 }
 
 #[test]
 fn reading_is_broken_off_and_gone_on_with() {
-    for line in ["goto end", "continue", "goto 19500s", "next x > 500", "goto command 19800"] {
+    for line in ["goto end", "continue", "goto 4875s", "next x > 500", "goto command 4950"] {
         let mut debugger = unread(None);
         let mut asked = 0;
         let broken_off = debugger.execute(line, &mut |_| {
@@ -195,10 +195,10 @@ fn commands_are_listed_as_far_as_they_are_read() {
     assert_eq!(lines(&debugger), 0);
     debugger.read_on(1_000, &mut uninterrupted);
     assert_eq!(lines(&debugger), 1_000);
-    debugger.execute("goto command 18002", &mut uninterrupted).unwrap();
+    debugger.execute("goto command 4502", &mut uninterrupted).unwrap();
     let source = debugger.source().unwrap();
-    assert_eq!(source.lines[18_001], "@0A700,900");
+    assert_eq!(source.lines[4_501], "@0A700,900");
     assert_eq!(source.of_command.len(), source.lines.len());
     let number = debugger.executing().unwrap().number;
-    assert_eq!(debugger.source().unwrap().line_of(number), Some(18_002));
+    assert_eq!(debugger.source().unwrap().line_of(number), Some(4_502));
 }

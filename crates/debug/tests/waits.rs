@@ -4,9 +4,14 @@
 
 mod drive;
 
+use std::time::Duration;
+
 use vimc4_debug::{
-    Answer, Debugger, Depth, Feed, Piece, Reason, Source, Trigger, Unit, Way, uninterrupted,
+    Answer, BreakpointId, Debugger, Depth, Feed, Piece, Reason, Source, Trigger, Unit, Way,
+    uninterrupted,
 };
+
+use vimc4_device::Device;
 
 use drive::{debugger, run, stop};
 
@@ -359,4 +364,97 @@ fn breakpoints_at_what_the_host_asks_log_and_heed_which_hit_it_is() {
         assert_eq!(found, texts, "{line}");
         assert_eq!(debugger.place(), before);
     }
+}
+
+/// A host that waits for a time in lines 3 and 6, and in line 4 for what is so already.
+fn waiting() -> Debugger {
+    let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+    let debugger = debugger("imc4", "bench");
+    let is_so = debugger.names().read("y < 10").unwrap();
+    let pieces = vec![
+        send("@07"),
+        Piece::Wait(Duration::from_millis(300)),
+        Piece::Until(is_so, "4".to_owned()),
+        send("@0A500,900,0,900,0,900,0,900"),
+        Piece::Wait(Duration::from_millis(200)),
+        send("@0P"),
+    ];
+    let text = "ways\n@07\nWAIT\nWAITBIT\n@0A500,900,0,900,0,900,0,900\nWAIT\n@0P\n";
+    let source = Source { of_command: vec![2, 5, 7], ..Source::of_lines("waits", text) };
+    let feed = Feed::new(pieces).of_lines(vec![2, 3, 4, 5, 6, 7]);
+    debugger.with_source(source).with_feed(feed)
+}
+
+#[test]
+fn a_line_at_which_the_host_waits_takes_breakpoints_and_stops_no_other_walk() {
+    let mut debugger = waiting();
+    assert_eq!(go(&mut debugger, Way::Forward).0, Reason::Rest);
+    let (end, digest) = (debugger.now(), debugger.digest());
+    assert_eq!(go(&mut debugger, Way::Back).0, Reason::Beginning);
+    run(&mut debugger, &["break line 3", "break line 4", "break line 6"]);
+    // Where it has been before, and where it comes for the first time.
+    for mut debugger in [debugger, {
+        let mut new = waiting();
+        run(&mut new, &["break line 3", "break line 4", "break line 6"]);
+        new
+    }] {
+        let met =
+            |id: u32, line: &str| (Reason::Breakpoints(vec![BreakpointId(id)]), line.to_owned());
+        let all = [met(1, "3"), met(2, "4"), met(3, "6")];
+        for round in 0..3 {
+            for (nth, met) in all.iter().enumerate() {
+                assert_eq!(go(&mut debugger, Way::Forward), *met, "round {round}");
+                let mut counted = [1; 3];
+                counted[nth + 1..].fill(0);
+                assert_eq!(counts(&mut debugger), counted, "round {round}");
+            }
+            assert_eq!(go(&mut debugger, Way::Forward).0, Reason::Rest, "round {round}");
+            assert_eq!((debugger.now(), debugger.digest()), (end, digest), "round {round}");
+            for met in all.iter().rev() {
+                assert_eq!(go(&mut debugger, Way::Back), *met, "round {round}");
+            }
+            assert_eq!(go(&mut debugger, Way::Back).0, Reason::Beginning, "round {round}");
+        }
+        // The first wait begins when the answer is there, and the time of the second is still to come.
+        for (line, waited) in [("goto line 3", 300), ("goto line 6", 200)] {
+            run(&mut debugger, &["delete all", line]);
+            let from = debugger.now();
+            assert!(debugger.device().is_idle() && debugger.waits().is_none(), "{line}");
+            run(&mut debugger, &["step command"]);
+            assert!(debugger.now().nanos_since(from) >= waited * 1_000_000, "{line}");
+        }
+    }
+}
+
+#[test]
+fn a_step_of_a_line_leads_to_where_the_host_waits() {
+    let mut debugger = waiting();
+    let mut step = |way| {
+        debugger.step(Unit::Line, way, Depth::Into, 1, &mut uninterrupted);
+        (here(&mut debugger), debugger.digest())
+    };
+    let there: Vec<_> = (0..6).map(|_| step(Way::Forward)).collect();
+    let lines: Vec<&str> = there.iter().map(|(at, _)| at.as_str()).collect();
+    assert_eq!(lines, ["2", "3", "4", "5", "6", "7"]);
+    let back: Vec<_> = (0..5).map(|_| step(Way::Back)).collect();
+    assert_eq!(back, there.iter().rev().skip(1).cloned().collect::<Vec<_>>());
+    let again: Vec<_> = (0..5).map(|_| step(Way::Forward)).collect();
+    assert_eq!(again, there[1..]);
+}
+
+#[test]
+fn what_logs_where_the_host_waits_stops_nothing() {
+    let mut debugger = waiting();
+    run(
+        &mut debugger,
+        &["break line 3 log three {x}", "break line 6 log six {x}", "break line 4 hit 2"],
+    );
+    for _ in 0..2 {
+        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+        let notes: Vec<&str> = stop.notes.iter().map(|note| note.text.as_str()).collect();
+        assert_eq!((stop.why, &notes[..]), (Reason::Rest, &["three 0", "six 500"][..]));
+        run(&mut debugger, &["goto start"]);
+    }
+    let traced = debugger.execute("trace line 6 log at {x}", &mut uninterrupted).unwrap();
+    assert!(traced.to_string().ends_with("  at 500"), "{traced}");
 }

@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use vimc4_control::why_without_effect;
-use vimc4_device::{Device, Faulting, Input, Kinds, Time};
+use vimc4_device::{Device, Input, Kinds, Time};
 
 use crate::drive::Drive;
 use crate::rig::Rig;
@@ -45,15 +44,7 @@ pub(crate) fn give<D: Device + Clone>(
 fn effect<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: Time) -> Effect {
     let changed = changes(rig, by, inputs, at);
     rig.disappoint();
-    let in_vain = match inputs {
-        [Input::Fault(Faulting::Begin(_, fault))] if changed => rig.device.why_in_vain(fault),
-        _ => None,
-    };
-    match changed {
-        true if in_vain.is_some() => Effect::Nothing { why: in_vain },
-        true => Effect::Something,
-        false => Effect::Nothing { why: why_without_effect(&rig.device, inputs, at) },
-    }
+    Effect::of(&rig.device, inputs, at, changed)
 }
 
 /// Something happens to the device, of which all that is due by then has been done. Returns

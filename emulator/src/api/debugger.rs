@@ -1,6 +1,7 @@
 //! The debugger behind the control API: a session of the console whose lines come by requests, with the
 //! past of the controller since the server began.
 
+use std::num::NonZeroU64;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,8 +9,8 @@ use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
-use vimc4_debug::{Wired, uninterrupted};
-use vimc4_device::{Device, Kinds};
+use vimc4_debug::{Remedy, Wired, uninterrupted};
+use vimc4_device::{CommandNumber, Device, Kinds};
 use vimc4_timeline::{History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
@@ -133,8 +134,12 @@ impl Debugging for Console {
             Goal::End(branch) => past::look_at(&mut self.session.debugger, Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
             Goal::Command(number) => {
-                let led = self.carry_out(&format!("goto command {number}"));
-                led.map_err(|why| past::no_command(&why))?;
+                let number = NonZeroU64::new(number).map(CommandNumber);
+                let number =
+                    number.ok_or("there is no command 0; the journal has their numbers")?;
+                let led = self.session.go_to_command(number).map_err(|Wrong(why)| why)?;
+                // Who asks this way has the journal at hand, and no lines.
+                led.map_err(|error| error.worded(|remedy| in_requests(remedy).to_owned()))?;
             }
         }
         self.history_mut().drain();
@@ -168,6 +173,14 @@ impl Debugging for Console {
 
     fn is_over(&self) -> bool {
         self.is_over
+    }
+}
+
+/// A remedy for those who send no lines.
+fn in_requests(remedy: Remedy) -> &'static str {
+    match remedy {
+        Remedy::Help => "GET the orders, which lists them",
+        Remedy::Numbers => "the journal has their numbers",
     }
 }
 

@@ -33,7 +33,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 #[command(next_help_heading = "A controller elsewhere")]
 pub(crate) struct Arguments {
     /// Debug a controller of the `vimc4 serve --http` that listens there, where time passes by itself:
-    /// not with --time manual, --dap, --line-pacing or --line-physics
+    /// not with --time manual or --dap
     #[arg(long, value_name = "URL", conflicts_with_all = NOT_THERE, add = crate::completions::words(&["http://127.0.0.1:8080"]))]
     connect: Option<String>,
     /// The file with the token, where one is needed; by default the environment variable VIMC4_TOKEN

@@ -14,6 +14,8 @@ use vimc4_debug::Wired;
 use vimc4_debug::{
     Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
+#[cfg(feature = "api")]
+use vimc4_device::CommandNumber;
 use vimc4_device::{Device, Time, View};
 #[cfg(feature = "api")]
 use vimc4_timeline::History;
@@ -366,6 +368,24 @@ impl Session {
                 }
                 Ok(Outcome::Said(said))
             }
+        }
+    }
+
+    /// Goes to where a command began, as the line does that says so.
+    #[cfg(feature = "api")]
+    pub(crate) fn go_to_command(
+        &mut self,
+        number: CommandNumber,
+    ) -> Result<Result<(), DebugError>, Wrong> {
+        self.cancel.forget();
+        let progress = &mut go_on(&self.cancel);
+        let go = |debugger: &mut Debugger, progress: &mut Progress<'_>| {
+            debugger.go_to_command(number, progress).map(drop)
+        };
+        let Some(live) = &mut self.live else { return Ok(go(&mut self.debugger, progress)) };
+        match live.during(&mut self.debugger, true, true, progress, go)? {
+            (gone, true) => Ok(gone),
+            (_, false) => Err(Wrong(self.cancelled())),
         }
     }
 

@@ -6,11 +6,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use serde_json::Value;
-use vimc4_catalogue::{Controller, Machine, Model, State};
+use vimc4_catalogue::{Machine, Model, State};
 use vimc4_debug::{Debugger, Recorded, Reel, uninterrupted};
-use vimc4_device::{Device, Line, LineState, Names, OwnedInput, Time};
+use vimc4_device::{Device, LineState, Names, OwnedInput, Time};
 use vimc4_timeline::History;
-use vimc4_timeline::recording::{Entry, Given, LineSort, What};
+use vimc4_timeline::recording::{Entry, Given, What};
 
 use super::controller::Site;
 use super::file::{Lines, Share, torn_off};
@@ -66,15 +66,7 @@ pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
     let mut lines = Lines::open(path)?;
     let head = lines.reader().head().clone();
     let site = Site::of_head(&head).map_err(|error| lines.unplayable(1, error))?;
-    if head.line == LineSort::Paced {
-        return Err(Failure::usage(format!(
-            "{} was recorded with --line-pacing, where bytes are on their way for a while; record it \
-             without, or play it with `vimc4 replay`",
-            text::name(path)
-        )));
-    }
-    let controller = Controller::new(&site.model, Arc::clone(&site.machine), b"");
-    let mut line = Line::ideal(controller.map_err(|error| lines.unplayable(1, error))?);
+    let mut line = site.fresh()?;
     let names = Names::of(&line);
     let mut first = lines.next()?;
     // It begins with a state; without one, as a controller that was just switched on.

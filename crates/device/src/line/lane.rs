@@ -31,6 +31,10 @@ impl Lane {
         self.queue.len()
     }
 
+    pub(super) fn first(&self) -> Option<u8> {
+        self.queue.front().copied()
+    }
+
     /// When the stop bit of the first character will have passed.
     pub(super) fn due(&self) -> Option<Time> {
         (!self.queue.is_empty()).then(|| {

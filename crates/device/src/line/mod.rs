@@ -102,6 +102,22 @@ impl<D: Device> Line<D> {
         self.wires.paced
     }
 
+    /// How many bytes that were sent to the device have not reached it yet.
+    pub fn coming(&self) -> usize {
+        let Wires { to_device, faults, .. } = &self.wires;
+        to_device.len() + faults.as_ref().map_or(0, |faults| faults.coming())
+    }
+
+    /// The byte that crosses the line to the device by the next cause, if one does, and how many were sent
+    /// after it.
+    pub fn arriving(&self) -> Option<(u8, usize)> {
+        let Wires { to_device, faults, .. } = &self.wires;
+        let (_, next) = self.next()?;
+        let byte = to_device.first().filter(|_| next == Next::Arrives)?;
+        let later = faults.as_ref().map_or(0, |faults| faults.wave_to_controller.len());
+        Some((byte, to_device.len() - 1 + later))
+    }
+
     fn new(mut device: D, paced: bool) -> Line<D> {
         let wires = Wires {
             paced,
@@ -534,10 +550,9 @@ impl<D: Device> Device for Line<D> {
     /// held back.
     fn room(&self, handshake: bool) -> usize {
         let room = self.device.room(handshake);
-        let Wires { paced, to_device, from_device, faults, .. } = &self.wires;
-        let (mut coming, mut leaving) = (to_device.len(), from_device.len());
+        let Wires { paced, from_device, faults, .. } = &self.wires;
+        let (coming, mut leaving) = (self.coming(), from_device.len());
         if let Some(faults) = faults {
-            coming += faults.coming();
             leaving += faults.leaving();
         } else if !paced {
             return room;
