@@ -1,7 +1,8 @@
 //! What led to something: a chain from the effect back to a byte, a button or the power.
 
 use std::collections::VecDeque;
-use std::{fmt, iter};
+use std::fmt;
+use std::iter;
 
 use serde_json::Value;
 use vimc4_device::{
