@@ -33,8 +33,9 @@ impl Drop for Expected {
 
 impl Expected {
     pub(crate) fn json(&self, id: u64) -> Value {
-        let failure = self.watched.as_ref().and_then(Watched::failure);
+        // In this order: what is met may fail between the two looks, what has failed is never met again.
         let is_met = self.watched.as_ref().is_some_and(Watched::is_met);
+        let failure = self.watched.as_ref().and_then(Watched::failure);
         let state = match (&failure, is_met) {
             (Some(_), _) => "failed",
             (None, true) => "met",
