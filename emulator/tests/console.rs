@@ -341,6 +341,35 @@ fn a_job_that_asks_the_operator_is_opened_where_it_begins_and_waits_there() {
     }
 }
 
+/// A job that asks and then waits for an input of the bench.
+const WAITS: &str = "IMF_PBL_V1.0\nREF XYZ\nVEL 8000\nMOVEABS X5000\nWAIT 500\nHALT ; one\n\
+    WAITBIT E1.4==1\nMOVEREL X5000\nPROGEND\n";
+
+#[test]
+fn a_job_that_waits_for_an_input_waits_at_its_beginning_and_on_every_branch() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.ncp");
+    fs::write(&job, WAITS).unwrap();
+    let arguments = [job.to_str().unwrap(), "--machine", "bench"];
+    let waits = "line 7 waits for port 0 bit 3 to be 1; it is 0, and `input 0.3 1` changes that";
+    // Whoever runs the job is told that it waits, and for what.
+    let told = text(&console(&arguments, "quit\n").stderr);
+    assert!(told.contains(&format!("{waits}; the rest is sent then")), "{told}");
+    let begins = "goto start\ncontinue\n";
+    let branch = "goto 100ms\nhold start\nrelease start\n";
+    for before in [begins, &format!("{begins}input 0.3 1\ncontinue\n{branch}continue\n")] {
+        let walk = "continue\ncontinue\ncontinue 2s\ncontinue\ninput 0.3 1\ncontinue\nprint x\n";
+        let out = said(&arguments, &format!("{before}{walk}goto line 8\nframes\n"));
+        assert_eq!(out.matches(waits).count(), 3, "{out}");
+        assert!(out.contains("> print x\n800\n"), "{out}");
+        assert!(out.ends_with("(line 8 of the file)\n"), "{out}");
+    }
+    let refused = console(&arguments, "continue\ncontinue\ngoto line 8\n");
+    assert_eq!(refused.status.code(), Some(1));
+    let told = text(&refused.stderr);
+    assert!(told.contains("before line 8, line 7 waits for"), "{told}");
+}
+
 #[test]
 fn breakpoints_where_a_job_asks_are_counted_logged_and_traced() {
     let folder = tempfile::tempdir().unwrap();

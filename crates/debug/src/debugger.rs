@@ -187,17 +187,16 @@ impl Debugger {
         }
     }
 
-    /// What the host waits for at the present, if that holds it up.
+    /// What the host asks or waits for at the present, if that holds it up.
     #[must_use]
-    pub fn waits(&self) -> Option<&str> {
+    pub fn waits(&self) -> Option<String> {
         self.feed.as_ref()?.waits(&self.history)
     }
 
-    /// The host does not wait any longer for what it [waits](Feed::waits) for.
-    pub fn go_on_all_the_same(&mut self) {
-        if let Some(feed) = &mut self.feed {
-            feed.goes_on_all_the_same(&self.history);
-        }
+    /// Somebody answers what the host asks at the present, so that the next walk goes on. Says whether it
+    /// asked anything: what it only waits for is not changed by an answer.
+    pub fn answer(&mut self) -> bool {
+        self.feed.as_mut().is_some_and(|feed| feed.is_answered(&self.history))
     }
 
     /// The text that the commands come from.

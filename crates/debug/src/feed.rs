@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::Wired;
+use crate::unmet::Unmet;
 use vimc4_device::{CommandNumber, Condition, Device, Event, Input, Output, SignalId, Time};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
@@ -144,25 +145,24 @@ impl Feed {
         self.pieces = self.pieces.iter().cloned().chain([piece]).collect();
     }
 
-    /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
-    pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Wired>) {
-        let Some(piece) = self.waits_for(history) else { return };
+    /// Somebody answers what it asks at the present. Says whether it asked anything.
+    pub(crate) fn is_answered(&mut self, history: &History<Wired>) -> bool {
+        let asked = self.waits_for(history).filter(|_| self.asks_now(history));
+        let Some(piece) = asked else { return false };
         // It is known to be answered: else it would be asked here for ever.
         self.wait = Some(Wait { place: history.present(), piece, lasts: false });
-        if matches!(self.pieces.get(piece), Some(Piece::Until(..))) {
-            self.keep(history, true, piece + 1);
-        }
+        true
     }
 
-    /// What it waits for or asks at the present, if that holds it up.
+    /// What it asks at the present, or what it waits for, if that is not so; in the words of the file, with
+    /// what it is now and what changes that.
     #[must_use]
-    pub fn waits(&self, history: &History<Wired>) -> Option<&str> {
+    pub fn waits(&self, history: &History<Wired>) -> Option<String> {
         match self.pieces.get(self.waits_for(history)?)? {
-            Piece::Ask(what) => Some(what),
-            Piece::Until(condition, what) => {
-                let nothing: [&Event; 0] = [];
-                let is_so = history.device().holds(condition, nothing.into_iter());
-                (!is_so).then_some(what)
+            Piece::Ask(what) => Some(what.clone()),
+            Piece::Until(_, what) => {
+                let condition = self.waits_until(history)?;
+                Some(format!("{what}{}", Unmet { condition, device: history.device().device() }))
             }
             _ => None,
         }
@@ -234,9 +234,24 @@ impl Feed {
         self.wait = Some(Wait { place, piece, lasts: true });
     }
 
-    /// Whether it sends as soon as there is room, and not only when the controller rests.
-    pub(crate) fn streams(&self, history: &History<Wired>) -> bool {
-        !history.device().details().says_when_done() && !self.is_done(history)
+    /// What gives it something to do before the controller rests: a command leaves the buffer that it fills,
+    /// or what it waits for at the present is so.
+    pub(crate) fn looks_for(&self, history: &History<Wired>) -> Option<Condition> {
+        if !history.is_at_end() {
+            return None;
+        }
+        if !history.device().details().says_when_done() && !self.is_done(history) {
+            return Some(Condition::Command { like: None });
+        }
+        self.waits_until(history).cloned()
+    }
+
+    /// What it waits for at the present, if that is a condition that does not hold.
+    fn waits_until(&self, history: &History<Wired>) -> Option<&Condition> {
+        let Piece::Until(condition, _) = self.pieces.get(self.waits_for(history)?)? else {
+            return None;
+        };
+        (!holds(condition, history)).then_some(condition)
     }
 
     /// Does what is due now, and says what that was. What it waited for by now is over: it asks what it
@@ -295,8 +310,7 @@ impl Feed {
                     self.keep(history, true, number + 1);
                 }
                 Piece::Until(condition, _) => {
-                    let nothing: [&Event; 0] = [];
-                    if !history.device().holds(condition, nothing.into_iter()) {
+                    if !holds(condition, history) {
                         let place = history.present();
                         self.wait = Some(Wait { place, piece: number, lasts: true });
                         break;
@@ -533,4 +547,10 @@ impl Feed {
             place = branches.find(|branch| branch.id == place.branch)?.parted?;
         }
     }
+}
+
+/// Whether a condition holds at the present, whatever happens there.
+fn holds(condition: &Condition, history: &History<Wired>) -> bool {
+    let nothing: [&Event; 0] = [];
+    history.device().holds(condition, nothing.into_iter())
 }

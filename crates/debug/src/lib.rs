@@ -10,6 +10,7 @@
 //! and completion. Nothing here knows a clock, a thread or a screen.
 #![forbid(unsafe_code)]
 
+mod ahead;
 mod answer;
 mod breakpoint;
 mod complete;
@@ -29,6 +30,7 @@ mod stop;
 mod story;
 mod table;
 mod unit;
+mod unmet;
 mod walk;
 mod whatif;
 mod why;

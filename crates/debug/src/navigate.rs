@@ -6,6 +6,7 @@ use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
+use crate::ahead::{end_of, seek_next};
 use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::expression::filled;
@@ -74,11 +75,13 @@ impl Debugger {
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let limit = asked.map_or(end, |place| place.moment.at.min(end));
             let found = match (way, is_asked) {
-                (Way::Forward, _) => history.seek_next(limit, &mut walk, progress),
-                (Way::Back, false) => history.seek_last(&mut walk, progress),
+                (Way::Forward, _) => seek_next(history, feed, limit, &mut walk, progress),
+                (Way::Back, false) => Some(history.seek_last(&mut walk, progress)),
                 // What happens at this moment comes before what the host asks.
-                (Way::Back, true) => history.seek_last_or_here(&mut walk, progress),
+                (Way::Back, true) => Some(history.seek_last_or_here(&mut walk, progress)),
             };
+            let is_turn = found.is_none();
+            let found = found.unwrap_or(Found::Here);
             let is_beyond = is_beyond(history, asked);
             let is_before = |(asked, _): &(Place, usize)| {
                 found == Found::Nowhere || !is_after(history.present(), *asked)
@@ -118,6 +121,9 @@ impl Debugger {
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
             problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
+            if is_turn {
+                continue;
+            }
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
@@ -181,12 +187,6 @@ impl Debugger {
                 return self.stopped_after(Reason::Cancelled, notes, problems);
             }
             let begin = self.counted_here();
-            // A host that fills a buffer looks for room whenever a command leaves it.
-            let feed = self.feed.as_ref().filter(|_| way == Way::Forward);
-            let fills = feed.is_some_and(|feed| feed.streams(&self.history));
-            if fills {
-                self.breakpoints.push(leaves_the_buffer());
-            }
             let known = self.end_of_way();
             let end = until.unwrap_or(Time::NEVER).min(known);
             let feed = self.feed.as_ref();
@@ -201,10 +201,12 @@ impl Debugger {
             let asked = asked.filter(|place| place.moment.at <= end);
             let limit = asked.map_or(end, |place| place.moment.at);
             let found = match (way, is_asked) {
-                (Way::Forward, _) => history.seek_next(limit, &mut walk, progress),
-                (Way::Back, false) => history.seek_last(&mut walk, progress),
-                (Way::Back, true) => history.seek_last_or_here(&mut walk, progress),
+                (Way::Forward, _) => seek_next(history, feed, limit, &mut walk, progress),
+                (Way::Back, false) => Some(history.seek_last(&mut walk, progress)),
+                (Way::Back, true) => Some(history.seek_last_or_here(&mut walk, progress)),
             };
+            let is_turn = found.is_none();
+            let found = found.unwrap_or(Found::Here);
             let is_beyond = is_beyond(history, asked);
             let is_before = |(asked, _): &(Place, usize)| {
                 found == Found::Nowhere || !is_after(history.present(), *asked)
@@ -238,12 +240,8 @@ impl Debugger {
                     continue;
                 }
             }
-            if fills {
-                self.breakpoints.pop();
-                met.retain(|id| *id != NOBODYS);
-                if found == Found::Here && met.is_empty() {
-                    continue;
-                }
+            if is_turn {
+                continue;
             }
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
@@ -335,8 +333,7 @@ impl Debugger {
         self.stopped_after(why, Vec::new(), problems.last)
     }
 
-    /// First in the history, and then in the future. The future is tried on a copy, so that an
-    /// unsuccessful search leaves no trace here.
+    /// First in the history, and then in the future.
     fn seek_ahead(
         &mut self,
         condition: &Condition,
@@ -344,9 +341,10 @@ impl Debugger {
         progress: &mut Progress<'_>,
     ) -> Result<Found, Reason> {
         let begin = self.place();
-        let mut begins = Telling { sought: Begins::new(condition), problems };
+        let mut begins = Begins::new(condition);
+        let mut telling = Telling { sought: &mut begins, problems };
         let mut end = end_of(&self.history);
-        let mut found = self.history.seek_next(end, &mut begins, progress);
+        let mut found = self.history.seek_next(end, &mut telling, progress);
         while found == Found::Nowhere {
             match self.read_ahead(progress) {
                 Ok(true) => {}
@@ -357,27 +355,11 @@ impl Debugger {
                 }
             }
             end = end_of(&self.history);
-            found = self.history.seek_next(end, &mut begins, progress);
+            found = self.history.seek_next(end, &mut telling, progress);
         }
         if found == Found::Nowhere && !self.stays {
             self.history.go_to_time(end);
-            while found == Found::Nowhere && {
-                self.host_hears(&begins.problems.last);
-                matches!(self.host_goes_on(Way::Forward), Turn::Acted | Turn::Comes)
-            } {
-                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
-            }
-            if found != Found::Nowhere {
-                return Ok(self.back_unless_here(found, begin));
-            }
-            let mut future = History::new(self.line().clone());
-            future.watch(Kinds::ALL);
-            found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
-            if found == Found::Here {
-                // The same way once more, here.
-                begins.sought = Begins::new(condition);
-                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
-            }
+            found = self.seek_beyond(&mut begins, problems, progress);
         }
         Ok(self.back_unless_here(found, begin))
     }
@@ -508,17 +490,8 @@ impl Debugger {
         let mut begins = CommandBegins(number);
         let mut found = self.history.seek_last_or_here(&mut begins, progress);
         if found == Found::Nowhere {
-            // The host may still have to send it.
-            found = self.host_goes_on_to(CommandBegins(number), progress);
-        }
-        if found == Found::Nowhere && !self.stays {
             // It may be still to come.
-            let mut future = History::new(self.line().clone());
-            future.watch(Kinds::ALL);
-            found = future.seek_next(Time::NEVER, &mut begins, progress);
-            if found == Found::Here {
-                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
-            }
+            found = self.seek_beyond(&mut begins, &mut Problems::default(), progress);
         }
         if found == Found::Here {
             self.host_moves(found);
@@ -555,7 +528,8 @@ impl Debugger {
         let heading = self.history.heading();
         self.history.go_to_end(heading);
         self.host_is_found();
-        let found = self.host_goes_on_to(Walk::new(Way::Forward), progress);
+        let (mut nothing, mut problems) = (Walk::new(Way::Forward), Problems::default());
+        let found = self.host_goes_on_to(&mut nothing, &mut problems, progress);
         let why = match (found, self.rests()) {
             (Found::GivenUp, _) => Reason::Cancelled,
             (_, waits @ Reason::Waits(_)) => waits,
@@ -564,29 +538,51 @@ impl Debugger {
         self.stopped(why, Vec::new())
     }
 
+    /// From the end of the way on, goes to where `sought` is. Where the host does nothing more that is tried
+    /// on a copy, so that an unsuccessful search leaves no trace here.
+    fn seek_beyond(
+        &mut self,
+        sought: &mut impl Sought<Wired>,
+        problems: &mut Problems,
+        progress: &mut Progress<'_>,
+    ) -> Found {
+        let mut found = self.host_goes_on_to(sought, problems, progress);
+        if found == Found::Nowhere && !self.stays {
+            let mut future = History::new(self.line().clone());
+            future.watch(Kinds::ALL);
+            found = future.seek_next(Time::NEVER, sought, progress);
+            if found == Found::Here {
+                // The same way once more, here.
+                let mut telling = Telling { sought, problems };
+                found = self.history.seek_next(Time::NEVER, &mut telling, progress);
+            }
+        }
+        found
+    }
+
     /// From the end of the way on, lets the host do what it has not done yet, up to where `sought` is.
     fn host_goes_on_to(
         &mut self,
-        sought: impl Sought<Wired>,
+        sought: &mut impl Sought<Wired>,
+        problems: &mut Problems,
         progress: &mut Progress<'_>,
     ) -> Found {
-        let is_done =
-            |own: &Debugger| own.feed.as_ref().is_none_or(|feed| feed.is_done(&own.history));
-        if is_done(self) {
-            return Found::Nowhere;
-        }
-        let mut problems = Problems::default();
-        let mut telling = Telling { sought, problems: &mut problems };
+        let mut has_rested = false;
         loop {
-            let found = self.history.seek_next(Time::NEVER, &mut telling, progress);
-            self.host_hears(&telling.problems.last);
-            telling.problems.last.clear();
-            if found != Found::Nowhere {
+            self.host_hears(&problems.last);
+            let turn = self.host_goes_on(Way::Forward);
+            let feed = self.feed.as_ref();
+            let is_done = feed.is_none_or(|feed| feed.is_done(&self.history));
+            if turn == Turn::Asks || turn == Turn::Idle && (is_done || has_rested) {
+                return Found::Nowhere;
+            }
+            let mut telling = Telling { sought, problems };
+            let history = &mut self.history;
+            let found = seek_next(history, feed, Time::NEVER, &mut telling, progress);
+            if let Some(found @ (Found::Here | Found::GivenUp)) = found {
                 return found;
             }
-            if !matches!(self.host_goes_on(Way::Forward), Turn::Acted | Turn::Comes) {
-                return found;
-            }
+            has_rested = turn == Turn::Idle && found.is_some();
         }
     }
 
@@ -739,12 +735,17 @@ impl Debugger {
         }
         // A question ends walks itself, and says what is asked.
         let met = if heeds && !self.host_asks() { self.met_waiting() } else { Vec::new() };
-        (!met.is_empty()).then_some(Reason::Breakpoints(met))
+        (!met.is_empty()).then(|| self.host_waits().unwrap_or(Reason::Breakpoints(met)))
     }
 
     /// Why a step ends at the line that the host has come to.
     fn why_at_line(&self, unit: Unit) -> Reason {
-        if self.host_asks() { self.rests() } else { Reason::Step(unit) }
+        self.host_waits().unwrap_or(Reason::Step(unit))
+    }
+
+    /// What the host asks or waits for at the present, if that holds it up.
+    fn host_waits(&self) -> Option<Reason> {
+        self.waits().map(Reason::Waits)
     }
 
     /// Whether the host asks at the present.
@@ -840,7 +841,9 @@ impl Debugger {
         let end = at.min(self.end_of_way());
         let mut turn = self.host_goes_on(Way::Forward);
         loop {
-            if self.history.seek_next(end, &mut nothing, progress) == Found::GivenUp {
+            let (history, feed) = (&mut self.history, self.feed.as_ref());
+            let found = seek_next(history, feed, end, &mut nothing, progress);
+            if found == Some(Found::GivenUp) {
                 return self.stopped(Reason::Cancelled, Vec::new());
             }
             let went_wrong = nothing.problems.replace(Problems::default()).unwrap_or_default();
@@ -849,7 +852,7 @@ impl Debugger {
             if turn != Turn::Asks {
                 turn = self.host_goes_on(Way::Forward);
             }
-            if !matches!(turn, Turn::Acted | Turn::Comes) {
+            if found.is_some() && !matches!(turn, Turn::Acted | Turn::Comes) {
                 break;
             }
         }
@@ -933,12 +936,8 @@ impl Debugger {
 
     /// Why nothing more happens at the present: the host waits, or everything is done.
     fn rests(&self) -> Reason {
-        let waits = self.feed.as_ref().and_then(|feed| feed.waits(&self.history));
-        match (waits, self.rest_not_sent()) {
-            (Some(what), _) => Reason::Waits(what.to_owned()),
-            (None, Some(why)) => Reason::Refused(why),
-            (None, None) => Reason::Rest,
-        }
+        let refused = || self.rest_not_sent().map(Reason::Refused);
+        self.host_waits().or_else(refused).unwrap_or(Reason::Rest)
     }
 
     /// Why the rest of the file was not sent, if it was not.
@@ -1040,30 +1039,6 @@ impl Debugger {
         let (command, problems) = (self.executing(), Vec::new());
         Stop { why, place, at, command, notes, problems, outputs, said }
     }
-}
-
-/// A number that no breakpoint has.
-const NOBODYS: BreakpointId = BreakpointId(0);
-
-/// Waits for a command that leaves the buffer.
-fn leaves_the_buffer() -> Breakpoint {
-    Breakpoint {
-        id: NOBODYS,
-        trigger: Trigger::Condition(Condition::Command { like: None }),
-        condition: None,
-        hits: Hits::All,
-        log: None,
-        is_enabled: true,
-        count: 0,
-        counted: None,
-    }
-}
-
-/// How far the way of the present is known.
-pub(crate) fn end_of(history: &History<Wired>) -> Time {
-    let heading = history.heading();
-    let branch = history.branches().find(|branch| branch.id == heading);
-    branch.map_or(Time::NEVER, |branch| branch.end.at)
 }
 
 /// Whether the present is beyond a place at the same instant.

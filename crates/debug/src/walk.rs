@@ -67,7 +67,7 @@ impl Problems {
 
 /// Looks for something, and keeps what goes wrong on the way to it.
 pub(crate) struct Telling<'s, S> {
-    pub(crate) sought: S,
+    pub(crate) sought: &'s mut S,
     pub(crate) problems: &'s mut Problems,
 }
 

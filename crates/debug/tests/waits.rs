@@ -46,6 +46,7 @@ fn here(debugger: &mut Debugger) -> String {
     assert!(line == "-" || line == marked, "{line} {marked}");
     match debugger.waits() {
         Some(what) => {
+            let what = what.split(';').next().unwrap();
             assert_eq!(what, line, "the frame is of the line that waits");
             format!("waits {what}")
         }
@@ -169,8 +170,8 @@ fn who_waits_for_nobody_comes_to_the_end_and_everybody_else_is_asked_there() {
     // One more turn than there are waits would be one that is asked again.
     for _ in 0..=5 {
         go(&mut debugger, Way::Forward);
-        waits.extend(debugger.waits().map(str::to_owned));
-        debugger.go_on_all_the_same();
+        waits.extend(debugger.waits());
+        debugger.answer();
     }
     assert_eq!(waits, ["3", "4", "5", "7", "8"]);
     run(&mut debugger, &["goto start"]);
@@ -457,4 +458,98 @@ fn what_logs_where_the_host_waits_stops_nothing() {
     }
     let traced = debugger.execute("trace line 6 log at {x}", &mut uninterrupted).unwrap();
     assert!(traced.to_string().ends_with("  at 500"), "{traced}");
+}
+
+/// A host that waits in line 4 for an input, with a motion before and one behind.
+fn held_up() -> Debugger {
+    let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+    let debugger = debugger("imc4", "bench");
+    let is_so = debugger.names().read("port 0 bit 3 on").unwrap();
+    let pieces = vec![
+        send("@07"),
+        send("@0A500,900,0,900,0,900,0,900"),
+        Piece::Until(is_so, "4".to_owned()),
+        send("@0A-500,900,0,900,0,900,0,900"),
+    ];
+    let text = "ways\n@07\n@0A500,900,0,900,0,900,0,900\nWAITBIT\n@0A-500,900,0,900,0,900,0,900\n";
+    let source = Source { of_command: vec![2, 3, 5], ..Source::of_lines("waits", text) };
+    let feed = Feed::new(pieces).of_lines(vec![2, 3, 4, 5]);
+    debugger.with_source(source).with_feed(feed)
+}
+
+const HELD_UP: &str = "4; it is 0, and `input 0.3 1` changes that";
+
+#[test]
+fn a_condition_that_is_not_so_holds_the_host_up_until_somebody_changes_that() {
+    let mut debugger = held_up();
+    let waits = || Reason::Waits(HELD_UP.to_owned());
+    for branch in ["main", "branch 1"] {
+        for _ in 0..2 {
+            assert_eq!(debugger.go(Way::Forward, None, &mut uninterrupted).why, waits());
+        }
+        let line = debugger.step(Unit::Line, Way::Forward, Depth::Into, 1, &mut uninterrupted);
+        assert_eq!(line.why, waits());
+        let late = stop(run(&mut debugger, &["continue 2s"]));
+        assert_eq!((late.why, debugger.frames()[0].line), (Reason::Time, Some(4)));
+        assert_eq!(stop(run(&mut debugger, &["goto end"])).why, waits());
+        let beyond = debugger.execute("goto line 5", &mut uninterrupted).unwrap_err();
+        assert_eq!(beyond.to_string(), format!("before line 5, {HELD_UP}"));
+        run(&mut debugger, &["input 0.3 1"]);
+        assert_eq!(go(&mut debugger, Way::Forward).0, Reason::Rest);
+        assert_eq!(debugger.evaluate("x").unwrap(), 0);
+        let here = debugger.place().branch;
+        let named = debugger.history().branches().find(|own| own.id == here).unwrap().name;
+        assert_eq!(named, branch);
+        // Back to where it waited, and once more otherwise.
+        run(&mut debugger, &["goto 100ms", "hold start", "release start"]);
+    }
+}
+
+#[test]
+fn what_a_rule_changes_while_the_host_waits_lets_it_go_on_just_then() {
+    // By every way of going on; the level lasts for a moment only.
+    for line in [
+        "continue",
+        "goto end",
+        "step 3 commands",
+        "goto line 5",
+        "next x < 500",
+        "goto 20s",
+        "step 20s",
+        "advance 20s",
+    ] {
+        // Where the wait is still to come, where it is known, and where it has lasted.
+        for before in
+            [&["goto start"][..], &["continue", "goto start"], &["continue", "continue 1s"]]
+        {
+            let mut debugger = held_up();
+            run(&mut debugger, before);
+            let typed = debugger.now().as_nanos();
+            run(&mut debugger, &["at 8s: input 0.3 1", "at 8001ms: input 0.3 0"]);
+            if !before.contains(&"continue 1s") {
+                run(&mut debugger, &["continue 1s", "goto start"]);
+            }
+            run(&mut debugger, &[line, "goto command 3"]);
+            let after = debugger.now().as_nanos() - typed;
+            assert!((8_000_000_000..8_001_000_000).contains(&after), "{line} {before:?}: {after}");
+        }
+    }
+}
+
+#[test]
+fn a_breakpoint_where_a_condition_holds_the_host_up_is_met_there_once() {
+    let mut debugger = held_up();
+    run(&mut debugger, &["break line 4"]);
+    for _ in 0..2 {
+        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+        assert_eq!(stop.why, Reason::Waits(HELD_UP.to_owned()));
+        assert_eq!(debugger.met_waiting(), [BreakpointId(1)]);
+    }
+    assert_eq!(counts(&mut debugger), [1]);
+    run(&mut debugger, &["input 0.3 1", "continue"]);
+    assert_eq!(counts(&mut debugger), [1]);
+    // Where it is known to be so later nothing is waited for without a breakpoint.
+    assert!(matches!(go(&mut debugger, Way::Back).0, Reason::Waits(_)));
+    run(&mut debugger, &["delete all", "goto start"]);
+    assert_eq!(go(&mut debugger, Way::Forward).0, Reason::Rest);
 }

@@ -70,8 +70,9 @@ pub(crate) fn open(path: &Path, setup: Setup, sending: Sending) -> Result<Opened
     Ok(send(program, path, sending))
 }
 
-/// Sends all of it, each when the one before is done, and stands at the beginning again. On a branch the
-/// rest of it is sent, too. Who is not told otherwise sends nothing more after an error reply.
+/// Sends all of it, each when the one before is done, or as far as it waits for something, and stands at the
+/// beginning again. The rest is sent as one goes on, on a branch too. Who is not told otherwise sends nothing more
+/// after an error reply.
 fn send(program: Program, path: &Path, sending: Sending) -> Opened {
     let Program { machine, history, mut source, pieces, lines, start, .. } = program;
     let (is_stored, impossible, errors) = (program.is_stored, program.impossible, program.errors);
@@ -106,6 +107,7 @@ fn send(program: Program, path: &Path, sending: Sending) -> Opened {
         let why = why.strip_prefix(&format!("line {line}: ")).unwrap_or(&why).to_owned();
         note = Some(format!("line {line} cannot be carried out: {why}"));
     }
+    note = note.or_else(|| Some(format!("{}; the rest is sent then", debugger.waits()?)));
     let first = debugger.history().branches().next();
     if let Some(Branch { id: branch, first: moment, .. }) = first {
         // It is there.
@@ -114,7 +116,7 @@ fn send(program: Program, path: &Path, sending: Sending) -> Opened {
     Opened { debugger, machine, note, share: None }
 }
 
-/// Goes on until everything was sent and is done. Says why not all of it was, if so.
+/// Goes on until everything was sent and is done, or until it waits. Says what went wrong, if so.
 fn run_ahead(debugger: &mut Debugger, sending: Sending) -> Option<String> {
     let end = debugger.now() + sending.time;
     let refused = Trigger::Condition(Condition::Error { code: None });
@@ -135,11 +137,11 @@ fn run_ahead(debugger: &mut Debugger, sending: Sending) -> Option<String> {
             let line = line.and_then(|(command, source)| source.line_of(command.number));
             break Some(format!("line {}: the time of --for is over", line.unwrap_or(0)));
         }
-        // There is no operator: questions are accepted, and waits for a signal do not wait.
-        if debugger.waits().is_none() {
+        // There is no operator, and questions are answered. What it waits for can only come from whoever
+        // steps.
+        if !debugger.answer() {
             break None;
         }
-        debugger.go_on_all_the_same();
     };
     let refused = debugger.breakpoints().iter().find(|own| own.id == refused);
     let count = refused.map_or(0, |breakpoint| breakpoint.count);
@@ -176,7 +178,8 @@ fn refusal(debugger: &mut Debugger, stop: &Stop) -> Option<String> {
     ))
 }
 
-/// Finds out which line each command comes from, by the bytes that came for it.
+/// Finds out which line each command comes from, by the bytes that came for it; those that are still to be sent
+/// come from the lines behind.
 fn name_lines(debugger: &mut Debugger, sent: &[(u32, Vec<u8>)]) {
     /// How many pieces that are not commands are skipped between two that are.
     const PASSED_OVER: usize = 64;
@@ -197,10 +200,14 @@ fn name_lines(debugger: &mut Debugger, sent: &[(u32, Vec<u8>)]) {
             *line
         })
     };
-    let of_command: Vec<u32> = begun.values().map(line_of).collect();
+    let mut of_command: Vec<u32> = begun.values().map(line_of).collect();
     let first = begun.keys().next().copied();
-    let source = debugger.source().cloned();
-    debugger.set_source(source.map(|source| Source { of_command, first, ..source }));
+    let Some(source) = debugger.source().cloned() else { return };
+    let last = of_command.iter().copied().max().unwrap_or_default();
+    let behind = of_command.iter().filter(|line| **line == last && last > 0).count();
+    let next = source.of_command.partition_point(|line| *line < last) + behind;
+    of_command.extend(source.of_command.get(next..).unwrap_or_default());
+    debugger.set_source(Some(Source { of_command, first, ..source }));
 }
 
 /// Whether a command is what was sent. Of a long one only the beginning is reported.
