@@ -15,7 +15,7 @@ use vimc4::{
 use vimc4_answers::past::{Lived, is_on_way, way};
 use vimc4_catalogue::State;
 use vimc4_debug::{
-    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way, Wired,
+    Breakpoint, BreakpointId, Debugger, Note, Reason, Stop, Trigger, Unit, Way, Wired,
     uninterrupted,
 };
 #[cfg(feature = "api")]
@@ -536,7 +536,7 @@ impl Live {
         self.until = until;
         if until == Until::Command {
             let trigger = Trigger::Condition(Condition::Command { like: None });
-            self.awaited = Some(debugger.add_breakpoint(trigger, Options::default()));
+            self.awaited = Some(debugger.await_trigger(trigger));
         }
         self.heed(debugger)?;
         self.goes_on()?;

@@ -636,9 +636,10 @@ fn a_pseudo_terminal_is_there_and_gone_afterwards_also_when_it_is_told_to_end() 
 
 const MANUAL: &str = include_str!("../../docs/stepping.md");
 
-#[test]
-fn the_limit_switch_is_found_as_the_manual_shows_it() {
-    let (_, block) = MANUAL.split_once("$ vimc4 console examples/overlooked.jsonl\n").unwrap();
+/// What the manual shows of a console that is opened so, if that is what it says.
+fn shown(arguments: &[&str]) -> String {
+    let opened = format!("$ vimc4 console {}\n", arguments.join(" "));
+    let (_, block) = MANUAL.split_once(&opened).unwrap();
     let (block, _) = block.split_once("```").unwrap();
     let typed: String = block
         .lines()
@@ -646,12 +647,24 @@ fn the_limit_switch_is_found_as_the_manual_shows_it() {
         .map(|line| format!("{line}\n"))
         .collect();
     assert!(typed.lines().count() <= 6, "{typed}");
-    let out = said(&["examples/overlooked.jsonl"], &typed);
+    let out = said(arguments, &typed);
     assert_eq!(out, block, "docs/stepping.md is to show this:\n{out}");
+    out
+}
+
+#[test]
+fn the_limit_switch_is_found_as_the_manual_shows_it() {
+    let out = shown(&["examples/overlooked.jsonl"]);
     assert!(
         out.contains("stopped by STOP at the panel") && out.contains("limit switch X+"),
         "{out}"
     );
+}
+
+#[test]
+fn the_job_that_waits_goes_as_the_manual_shows_it() {
+    let out = shown(&["examples/clamped.ncp", "--machine", "bench"]);
+    assert!(out.contains("`input 0.3 1` changes that\n    clamped.ncp, line 7: WAITBIT"), "{out}");
 }
 
 #[test]

@@ -197,7 +197,6 @@ impl Session {
         let line = before.or(held.last_line.take()).filter(|_| comes_to_rest);
         held.last_line = line.filter(|line| line.place == stop.place);
         let activity = debugger.device().activity();
-        let met = debugger.met_waiting();
         held.stop = Some(stop.clone());
         let ends = |configuration: &crate::open::Configuration| {
             configuration.end_at_end || configuration.no_debug
@@ -217,7 +216,7 @@ impl Session {
             Reason::Cancelled => ("pause", "paused".to_owned()),
             Reason::End => ("pause", "the end of what is recorded".to_owned()),
             Reason::Broken(why) => ("pause", why.clone()),
-            Reason::Waits(what) if met.is_empty() => ("pause", what.clone()),
+            Reason::Waits(what) if stop.met.is_empty() => ("pause", what.clone()),
             Reason::Waits(what) => ("breakpoint", what.clone()),
             Reason::Refused(why) => ("pause", format!("the end: {why} (`keepGoing` sends it)")),
             Reason::Rest if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
@@ -226,7 +225,7 @@ impl Session {
         };
         let ids = match &stop.why {
             Reason::Breakpoints(ids) => self.points_of(thread, ids),
-            Reason::Waits(_) => self.points_of(thread, &met),
+            Reason::Waits(_) => self.points_of(thread, &stop.met),
             _ => Vec::new(),
         };
         self.tell(

@@ -8,7 +8,7 @@ use vimc4_timeline::{Branch, Place, Usage};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Note};
 use crate::look::{Frame, Listing, MotionView};
-use crate::stop::{Executing, Stop, time};
+use crate::stop::{Executing, FileLine, Stop, time};
 use crate::table::{Directive, Group, TABLE};
 use crate::why::{Chain, Change};
 use crate::{Candidate, Parting, Variable};
@@ -105,6 +105,10 @@ pub struct Where {
     pub waits_for: Option<WaitsFor>,
     /// The command that is executed, or was last.
     pub command: Option<Executing>,
+    /// What the host asks or waits for, if that holds it up.
+    pub held: Option<String>,
+    /// The line of the file at which it does, or that the command comes from.
+    pub line: Option<FileLine>,
     /// The axes.
     pub axes: Vec<AxisView>,
 }
@@ -116,9 +120,12 @@ impl fmt::Display for Where {
         if let Some(waits) = &self.waits_for {
             write!(f, ", waits for {waits}")?;
         }
-        if let Some(command) = &self.command {
+        if let Some(held) = &self.held {
+            write!(f, "\n    {held}")?;
+        } else if let Some(command) = &self.command {
             write!(f, "\n    {command}")?;
         }
+        self.line.as_ref().map_or(Ok(()), |line| write!(f, "\n    {line}"))?;
         for axis in self.axes.iter().filter(|axis| axis.configured) {
             let referenced = if axis.referenced { "" } else { ", not referenced" };
             let hertz = axis.speed / 1_000_000;

@@ -5,11 +5,16 @@ use std::fmt;
 use vimc4_device::{Condition, Names, Time};
 use vimc4_timeline::Place;
 
-use crate::{Expression, Field};
+use crate::{Expression, Field, Options};
 
 /// The number of a breakpoint, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BreakpointId(pub u32);
+
+impl BreakpointId {
+    /// That of one that nobody has made: it takes no number from those that people see.
+    pub const NOBODYS: BreakpointId = BreakpointId(0);
+}
 
 impl fmt::Display for BreakpointId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -89,6 +94,13 @@ pub(crate) struct Counted {
 }
 
 impl Breakpoint {
+    /// One that was not hit yet.
+    pub(crate) fn new(id: BreakpointId, trigger: Trigger, options: Options) -> Breakpoint {
+        let Options { condition, hits, log } = options;
+        let (is_enabled, count, counted) = (true, 0, None);
+        Breakpoint { id, trigger, condition, hits, log, is_enabled, count, counted }
+    }
+
     /// Whether not every hit counts.
     pub(crate) fn is_limited(&self) -> bool {
         self.is_enabled && self.hits != Hits::All

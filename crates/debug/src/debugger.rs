@@ -284,11 +284,14 @@ impl Debugger {
     pub fn add_breakpoint(&mut self, trigger: Trigger, options: Options) -> BreakpointId {
         self.last_breakpoint += 1;
         let id = BreakpointId(self.last_breakpoint);
-        let Options { condition, hits, log } = options;
-        let (is_enabled, count, counted) = (true, 0, None);
-        let breakpoint =
-            Breakpoint { id, trigger, condition, hits, log, is_enabled, count, counted };
-        self.breakpoints.push(breakpoint);
+        self.breakpoints.push(Breakpoint::new(id, trigger, options));
+        id
+    }
+
+    /// Adds one of [nobody's](BreakpointId::NOBODYS), which is to be removed again.
+    pub fn await_trigger(&mut self, trigger: Trigger) -> BreakpointId {
+        let id = BreakpointId::NOBODYS;
+        self.breakpoints.push(Breakpoint::new(id, trigger, Options::default()));
         id
     }
 

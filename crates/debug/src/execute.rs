@@ -11,7 +11,7 @@ use vimc4_device::{
 use vimc4_timeline::Progress;
 
 use crate::answer::{Answer, Watched, Where};
-use crate::breakpoint::{BreakpointId, Hits, Note};
+use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note};
 use crate::debugger::{Debugger, Options};
 use crate::expression::in_braces;
 use crate::table::Directive;
@@ -427,16 +427,8 @@ impl Debugger {
         }
         options.log.get_or_insert_with(|| "x {x} y {y}".to_owned());
         let hits = options.hits;
-        let mut breakpoint = [crate::Breakpoint {
-            id: BreakpointId(0),
-            trigger,
-            condition: options.condition,
-            hits: crate::Hits::All,
-            log: options.log,
-            is_enabled: true,
-            count: 0,
-            counted: None,
-        }];
+        let options = Options { hits: Hits::All, ..options };
+        let mut breakpoint = [Breakpoint::new(BreakpointId::NOBODYS, trigger, options)];
         let (begin, heading) = (self.place(), self.history().heading());
         let source = self.source().cloned();
         let end = self.history().branches().find(|branch| branch.id == heading);
@@ -481,6 +473,8 @@ impl Debugger {
             is_end: self.history().is_at_end() && !self.goes_on_reading(),
             activity: view.activity,
             waits_for: view.waits_for,
+            line: self.file_line(command.as_ref()),
+            held: self.waits(),
             command,
             axes: view.axes,
         }))

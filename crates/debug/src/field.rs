@@ -68,17 +68,21 @@ impl Variable {
     /// Its value in one line, shortened to a readable length.
     #[must_use]
     pub fn text(&self) -> String {
-        /// How many characters are shown.
-        const SHOWN: usize = 120;
-        let text = match &self.value {
+        shortened(match &self.value {
             Value::String(text) => text.clone(),
             Value::Null => "none".to_owned(),
             value => value.to_string(),
-        };
-        match text.char_indices().nth(SHOWN) {
-            Some((end, _)) => format!("{} …", &text[..end]),
-            None => text,
-        }
+        })
+    }
+}
+
+/// A text in one line, shortened to a readable length.
+pub(crate) fn shortened(text: String) -> String {
+    /// How many characters are shown.
+    const SHOWN: usize = 120;
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text,
     }
 }
 
@@ -336,15 +340,17 @@ pub(crate) fn tree(device: &Controller) -> Value {
     tree
 }
 
-/// The visible items. Items with a name use it, and ports their number.
+/// The visible items. Items with a name use it, and ports their way and their number, as in `in0` and `out2`: an
+/// input and an output can have the same one.
 pub(crate) fn view_tree(device: &Controller, at: Time) -> Value {
     let mut tree = serde_json::to_value(device.view(at)).unwrap_or_default();
     for (list, name) in [("axes", "name"), ("signals", "name"), ("ports", "port")] {
         if let Some(Value::Array(parts)) = tree.get_mut(list).map(Value::take) {
             let named = parts.into_iter().map(|part| {
-                let key = match &part[name] {
-                    Value::String(text) => text.to_lowercase(),
-                    other => other.to_string(),
+                let key = match (&part[name], &part["input"]) {
+                    (Value::String(text), _) => text.to_lowercase(),
+                    (number, Value::Bool(true)) => format!("in{number}"),
+                    (number, _) => format!("out{number}"),
                 };
                 // Signals and ports are shown as their values.
                 let value = if list == "axes" { part } else { part["value"].clone() };

@@ -48,7 +48,7 @@ pub use field::{Field, Variable};
 pub use look::{Frame, FrameKind, ListedLine, Listing, MotionView, RampPhase, Register};
 pub use reel::{Read, Recorded, Reel};
 pub use source::Source;
-pub use stop::{Executing, Reason, Stop};
+pub use stop::{Executing, FileLine, Reason, Stop};
 pub use story::{Deeds, Told};
 pub use table::{Directive, Follows, Group, TABLE};
 pub use unit::{Depth, Unit, Way};

@@ -1,13 +1,15 @@
 //! What is in progress, for people and for views: frames, listings, the running motion.
 
 use std::fmt;
+use std::path::Path as FilePath;
 
 use vimc4_catalogue::isel::ProgramStatus;
 use vimc4_device::{CommandNumber, Device, Event, Kinds, Path, Stamp, Time, escape};
 use vimc4_timeline::Place;
 
 use crate::debugger::Debugger;
-use crate::stop::time;
+use crate::field::shortened;
+use crate::stop::{Executing, FileLine, time};
 use crate::{Breakpoint, BreakpointId, Trigger};
 
 /// One level of what is in progress.
@@ -261,6 +263,18 @@ impl Debugger {
             breakpoint: waits(number),
         });
         Some(Listing { of: source.name.clone(), lines: lines.collect() })
+    }
+
+    /// The line of the file at which the host asks or waits at the present, or that the command under way
+    /// comes from.
+    pub(crate) fn file_line(&self, command: Option<&Executing>) -> Option<FileLine> {
+        let source = self.source()?;
+        let held = self.feed().and_then(|feed| feed.waits_at(self.history()));
+        let number = held.or_else(|| source.line_of(command?.number))?;
+        let text = source.lines.get((number as usize).checked_sub(1)?)?.trim();
+        let file = FilePath::new(&source.name).file_name();
+        let file = file.map_or_else(|| source.name.clone(), |it| it.to_string_lossy().into_owned());
+        Some(FileLine { file, number, text: shortened(text.to_owned()), is_held: held.is_some() })
     }
 
     /// The commands around the present one as they were executed.

@@ -283,7 +283,7 @@ impl Debugger {
     pub fn find(&mut self, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
         let (begin, standing) = (self.place(), self.standing());
         let heeded = std::mem::take(&mut self.breakpoints);
-        self.add_breakpoint(trigger, crate::Options::default());
+        self.await_trigger(trigger);
         let stop = loop {
             let stop = self.go(way, None, progress);
             if matches!(stop.why, Reason::Waits(_)) && !self.met_waiting().is_empty() {
@@ -437,8 +437,7 @@ impl Debugger {
 
     /// The breakpoints at the line at which the host waits at the present, of those that would stop a walk
     /// there. Every walk stops at a question anyway.
-    #[must_use]
-    pub fn met_waiting(&self) -> Vec<BreakpointId> {
+    fn met_waiting(&self) -> Vec<BreakpointId> {
         let waits = self.feed.as_ref().and_then(|feed| feed.waits_at(&self.history));
         let Some(line) = waits else { return Vec::new() };
         let (device, now, here) = (self.device(), self.now(), self.counted_here());
@@ -1037,7 +1036,12 @@ impl Debugger {
         let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());
         let (command, problems) = (self.executing(), Vec::new());
-        Stop { why, place, at, command, notes, problems, outputs, said }
+        let line = self.file_line(command.as_ref());
+        let met = match why {
+            Reason::Waits(_) => self.met_waiting(),
+            _ => Vec::new(),
+        };
+        Stop { why, place, at, met, command, line, notes, problems, outputs, said }
     }
 }
 

@@ -16,8 +16,12 @@ pub struct Stop {
     pub place: Place,
     /// The model time.
     pub at: Time,
+    /// The breakpoints at the line at which the host asks or waits, which holds it up without one.
+    pub met: Vec<BreakpointId>,
     /// The command that is executed there, or that caused what is in progress.
     pub command: Option<Executing>,
+    /// The line of the file at which the host asks or waits, or that this command comes from.
+    pub line: Option<FileLine>,
     /// The notes of breakpoints that only log, on the way.
     pub notes: Vec<Note>,
     /// The last error answers and warnings on the way before that.
@@ -88,11 +92,7 @@ impl fmt::Display for Reason {
             Reason::Step(unit @ Unit::Time(_)) => write!(f, "{unit}"),
             Reason::Step(unit @ Unit::Event) => write!(f, "an {unit}"),
             Reason::Step(unit) => write!(f, "a {unit}"),
-            Reason::Breakpoints(ids) => {
-                let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
-                let what = if ids.len() == 1 { "breakpoint" } else { "breakpoints" };
-                write!(f, "{what} {}", ids.join(", "))
-            }
+            Reason::Breakpoints(ids) => numbered(f, ids),
             Reason::Found => f.write_str("found"),
             Reason::Gone => f.write_str("here"),
             Reason::Beginning => f.write_str("the beginning"),
@@ -105,6 +105,12 @@ impl fmt::Display for Reason {
             Reason::Broken(why) => write!(f, "the recording cannot be read on: {why}"),
         }
     }
+}
+
+fn numbered(f: &mut fmt::Formatter<'_>, ids: &[BreakpointId]) -> fmt::Result {
+    let what = if ids.len() == 1 { "breakpoint" } else { "breakpoints" };
+    let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
+    write!(f, "{what} {}", ids.join(", "))
 }
 
 /// A walk that a command needed has ended too early.
@@ -134,6 +140,25 @@ impl fmt::Display for Executing {
     }
 }
 
+/// A line of the file that the commands come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileLine {
+    /// The name of the file, without its folder.
+    pub file: String,
+    /// The line, from 1.
+    pub number: u32,
+    /// Its text, with its comment; a long one is shortened.
+    pub text: String,
+    /// Whether the host asks or waits there.
+    pub is_held: bool,
+}
+
+impl fmt::Display for FileLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, line {}: {}", self.file, self.number, self.text)
+    }
+}
+
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for note in &self.notes {
@@ -146,9 +171,23 @@ impl fmt::Display for Stop {
             };
             writeln!(f, "{}  {}", time(at), Said(problem))?;
         }
-        write!(f, "{}  {}", time(self.at), self.why)?;
-        if let Some(command) = &self.command {
+        write!(f, "{}  ", time(self.at))?;
+        if !self.met.is_empty() {
+            numbered(f, &self.met)?;
+            f.write_str(", ")?;
+        }
+        write!(f, "{}", self.why)?;
+        let line = self.line.as_ref();
+        let command = self.command.as_ref().filter(|_| !line.is_some_and(|line| line.is_held));
+        if let Some(command) = command {
             write!(f, ", {command}")?;
+        }
+        // Of a list of commands the line is the command.
+        let is_command = |line: &&FileLine| {
+            command.is_some_and(|command| escape(command.line.trim_ascii()) == line.text)
+        };
+        if let Some(line) = line.filter(|line| !is_command(line)) {
+            write!(f, "\n    {line}")?;
         }
         self.said.iter().try_for_each(|said| write!(f, "\n    {said}"))
     }

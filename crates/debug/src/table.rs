@@ -304,8 +304,8 @@ pub static TABLE: &[Directive] = &[
         short: Some("p"),
         arguments: "[EXPRESSION]",
         about: "show a value, a group of values, or everything",
-        more: "Fields are names with dots between them: `x`, `x.speed`, `signals.stop`, `ports.1`, \
-               `details`, `state`. Expressions know + - * / %, < <= = != >= >, and, or, not.",
+        more: "Fields are names with dots between them: `x`, `x.speed`, `signals.stop`, `ports.in0`, \
+               `ports.out2`, `details`, `state`. Expressions know + - * / %, < <= = != >= >, and, or, not.",
         example: "print x.speed / 1000000",
         group: Group::Looking,
         follows: Follows::Field,

@@ -12,8 +12,8 @@ use vimc4_device::{
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::Debugger;
+use crate::breakpoint::{Breakpoint, BreakpointId, Trigger};
+use crate::debugger::{Debugger, Options};
 use crate::stop::{Executing, Said, time};
 use crate::story::Told;
 use crate::walk::Walk;
@@ -852,16 +852,8 @@ impl Debugger {
         field: &Field,
         progress: &mut Progress<'_>,
     ) -> Result<Option<Change>, DebugError> {
-        let mut breakpoints = [Breakpoint {
-            id: BreakpointId(0),
-            trigger: Trigger::Change(field.clone()),
-            condition: None,
-            hits: Hits::All,
-            log: None,
-            is_enabled: true,
-            count: 0,
-            counted: None,
-        }];
+        let trigger = Trigger::Change(field.clone());
+        let mut breakpoints = [Breakpoint::new(BreakpointId::NOBODYS, trigger, Options::default())];
         let mut walk = Walk::new(Way::Back).heeding(&mut breakpoints, None);
         match self.history_mut().seek_last_or_here(&mut walk, progress) {
             Found::Here => {}

@@ -707,3 +707,18 @@ fn a_remedy_is_worded_by_whoever_was_asked() {
     let error = wrong(&mut debugger, "goto command 99").to_string();
     assert!(error.ends_with("; `list commands` shows some with their numbers"), "{error}");
 }
+
+#[test]
+fn an_input_and_an_output_of_one_number_are_two_ports() {
+    let mut debugger = debugger("imc4", "bench");
+    let begin = said(&mut debugger, "print ports");
+    for port in ["in0 ", "in2 ", "out0 ", "out2 "] {
+        assert!(begin.contains(&format!("\n  {port}")), "{begin}");
+    }
+    run(&mut debugger, &["input 0.2 1", "assert ports.in0 = 196 and ports.out0 = 0"]);
+    run(&mut debugger, &["break change ports.out0", "send @0B0,8", "continue"]);
+    assert_eq!(said(&mut debugger, "print ports.out0"), "8");
+    run(&mut debugger, &["assert ports.in0 = 196", "goto start"]);
+    let wrong = wrong(&mut debugger, "print ports.1").to_string();
+    assert!(wrong.starts_with("there is no `1`: `ports` has in0, in1, "), "{wrong}");
+}

@@ -234,8 +234,8 @@ fn a_line_of_a_wait_is_one_to_go_to_and_to_stop_at() {
     run(&mut debugger, &["goto start", "break line 4", "break line 7 if x > 99999"]);
     let mut met = Vec::new();
     for _ in 0..5 {
-        go(&mut debugger, Way::Forward);
-        met.push((here(&mut debugger), debugger.met_waiting().len()));
+        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+        met.push((here(&mut debugger), stop.met.len()));
     }
     let met: Vec<_> = met.iter().map(|(at, met)| (at.as_str(), *met)).collect();
     assert_eq!(met[..2], [("waits 3", 0), ("waits 4", 1)]);
@@ -331,7 +331,7 @@ fn breakpoints_at_what_the_host_asks_log_and_heed_which_hit_it_is() {
             let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
             assert!(matches!(stop.why, Reason::Waits(_)), "{stop:?}");
             all.push(noted(&stop));
-            met.push(debugger.met_waiting().iter().map(|id| id.0).collect::<Vec<_>>());
+            met.push(stop.met.iter().map(|id| id.0).collect::<Vec<_>>());
         }
         assert_eq!(
             all,
@@ -543,7 +543,7 @@ fn a_breakpoint_where_a_condition_holds_the_host_up_is_met_there_once() {
     for _ in 0..2 {
         let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
         assert_eq!(stop.why, Reason::Waits(HELD_UP.to_owned()));
-        assert_eq!(debugger.met_waiting(), [BreakpointId(1)]);
+        assert_eq!(stop.met, [BreakpointId(1)]);
     }
     assert_eq!(counts(&mut debugger), [1]);
     run(&mut debugger, &["input 0.3 1", "continue"]);
@@ -552,4 +552,40 @@ fn a_breakpoint_where_a_condition_holds_the_host_up_is_met_there_once() {
     assert!(matches!(go(&mut debugger, Way::Back).0, Reason::Waits(_)));
     run(&mut debugger, &["delete all", "goto start"]);
     assert_eq!(go(&mut debugger, Way::Forward).0, Reason::Rest);
+}
+
+#[test]
+fn a_stop_names_the_line_of_the_file_with_its_comment_and_the_breakpoints_there() {
+    let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+    let pieces = vec![send("@07"), Piece::Ask("line 3: HALT".to_owned()), send("@0A9,900,9,900")];
+    let text = "AXES\n\n  HALT ; turn it over\nMOVEREL X9 Y9\n";
+    let source = Source { of_command: vec![1, 4], ..Source::of_lines("jobs/turn.ncp", text) };
+    let feed = Feed::new(pieces).of_lines(vec![1, 3, 4]);
+    let mut debugger = debugger("imc4", "bench").with_source(source).with_feed(feed);
+    let halts = "0ms  breakpoint 1, line 3: HALT\n    turn.ncp, line 3: HALT ; turn it over";
+    run(&mut debugger, &["break line 3"]);
+    for walk in [&["continue"][..], &["continue", "reverse"], &["goto start", "step 2 lines"]] {
+        let told = run(&mut debugger, walk).to_string();
+        assert!(told.starts_with(halts), "{walk:?}: {told}");
+    }
+    let told = run(&mut debugger, &["where"]).to_string();
+    assert!(
+        told.contains("\n    line 3: HALT\n    turn.ncp, line 3: HALT ; turn it over\n"),
+        "{told}"
+    );
+    let told = run(&mut debugger, &["step command", "where"]).to_string();
+    assert!(told.contains("  #2 @0A9,900,9,900\n    turn.ncp, line 4: MOVEREL X9 Y9\n"), "{told}");
+}
+
+#[test]
+fn only_breakpoints_that_people_make_have_numbers() {
+    let mut debugger = asking();
+    let mut numbers = Vec::new();
+    for line in ["goto line 3", "goto line 3", "continue", "who x", "trace line 3"] {
+        run(&mut debugger, &[line]);
+        let Answer::Breakpoint(id, _) = run(&mut debugger, &["break line 4"]) else { panic!() };
+        numbers.push(id.0);
+    }
+    assert_eq!(numbers, [1, 2, 3, 4, 5]);
+    assert_eq!(counts(&mut debugger).len(), 5);
 }

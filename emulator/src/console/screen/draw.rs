@@ -349,8 +349,11 @@ fn said(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
         .iter()
         .flat_map(|reply| reply.text.lines().map(|line| (line, reply.kind)))
         .collect();
-    let first = lines.len().saturating_sub(brush.room());
-    for (line, kind) in &lines[first..] {
+    // Of an answer that does not fit the beginning is shown, which says why it stopped.
+    let last = picture.said.last().map_or(0, |reply| reply.text.lines().count());
+    let room = brush.room();
+    let first = lines.len().saturating_sub(room.max(last));
+    for (line, kind) in lines.iter().skip(first).take(room) {
         let (head, ink) = match kind {
             SaidKind::Typed => ("> ", Ink::Sent),
             SaidKind::Answer => ("  ", Ink::Plain),
@@ -402,6 +405,7 @@ mod tests {
 
     use super::super::look::Look;
     use super::*;
+    use crate::console::screen::SaidLine;
     use crate::console::session::{Cancel, Session};
 
     /// A mill in the middle of a move in which it will be stopped, and a text that no terminal may
@@ -482,6 +486,16 @@ mod tests {
         let (_, rows) = drawn(&picture(), true, 20, 5);
         let said: Vec<&str> = rows.iter().map(|row| row.trim_end()).take(2).collect();
         assert_eq!(said, ["60 x 20 characters", "are needed"]);
+    }
+
+    #[test]
+    fn of_a_long_answer_the_beginning_is_shown() {
+        let mut picture = picture();
+        let text = (1..=20).map(|line| format!("answered {line:02}\n")).collect();
+        picture.said.push(SaidLine { text, kind: SaidKind::Answer });
+        let (_, rows) = drawn(&picture, true, 80, 24);
+        let shown = rows.join("\n");
+        assert!(shown.contains("answered 01") && !shown.contains("answered 20"), "{shown}");
     }
 
     #[test]
