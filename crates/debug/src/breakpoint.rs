@@ -5,7 +5,7 @@ use std::fmt;
 use vimc4_device::{Condition, Names, Time};
 use vimc4_timeline::Place;
 
-use crate::{Expression, Field, Options};
+use crate::{Expression, Field};
 
 /// The number of a breakpoint, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,6 +62,17 @@ impl Hits {
             Hits::Every(every) => every > 0 && time.is_multiple_of(every),
         }
     }
+}
+
+/// The further properties of a breakpoint.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// A condition that must hold too.
+    pub condition: Option<Expression>,
+    /// Which hits count.
+    pub hits: Hits,
+    /// Instead of stopping, log this text.
+    pub log: Option<String>,
 }
 
 /// A place to stop at, or only to log when passing.

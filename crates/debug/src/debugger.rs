@@ -9,7 +9,7 @@ use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, TimedInput};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
+use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
 use crate::feed::Standing;
 use crate::reel::Unread;
 use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable, Wired};
@@ -65,17 +65,6 @@ pub struct Debugger {
     pub(crate) stays: bool,
     /// The unit of the last step.
     pub(crate) unit: Unit,
-}
-
-/// The further properties of a breakpoint.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Options {
-    /// A condition that must hold too.
-    pub condition: Option<Expression>,
-    /// Which hits count.
-    pub hits: Hits,
-    /// Instead of stopping, log this text.
-    pub log: Option<String>,
 }
 
 impl Debugger {

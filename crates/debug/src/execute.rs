@@ -11,8 +11,8 @@ use vimc4_device::{
 use vimc4_timeline::Progress;
 
 use crate::answer::{Answer, Watched, Where};
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note};
-use crate::debugger::{Debugger, Options};
+use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options};
+use crate::debugger::Debugger;
 use crate::expression::in_braces;
 use crate::table::Directive;
 use crate::walk::Walk;

@@ -37,9 +37,9 @@ mod why;
 mod wired;
 
 pub use answer::{Answer, Watched, Where};
-pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
+pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options, Trigger};
 pub use complete::{Candidate, Completion};
-pub use debugger::{Bookmark, Debugger, Options, uninterrupted};
+pub use debugger::{Bookmark, Debugger, uninterrupted};
 pub use error::{DebugError, NUMBERED, Remedy};
 pub use execute::{script, span};
 pub use expression::Expression;

@@ -12,8 +12,8 @@ use vimc4_device::{
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Trigger};
-use crate::debugger::{Debugger, Options};
+use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
+use crate::debugger::Debugger;
 use crate::stop::{Executing, Said, time};
 use crate::story::Told;
 use crate::walk::Walk;
