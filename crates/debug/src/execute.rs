@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use strsim::osa_distance;
 use vimc4_control::Effect;
 use vimc4_control::order::said;
 use vimc4_device::{
@@ -14,7 +15,7 @@ use crate::answer::{Answer, Watched, Where};
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options};
 use crate::debugger::Debugger;
 use crate::expression::in_braces;
-use crate::table::Directive;
+use crate::table::{Directive, TABLE};
 use crate::walk::Walk;
 use crate::why::About;
 use crate::{DebugError, Depth, Expression, Field, Reason, Remedy, Stop, Unit, Way, WhatIf};
@@ -48,7 +49,13 @@ impl Debugger {
                 directive.name
             )));
         }
-        let missing = || DebugError::new(format!("how it is typed: {}", directive.usage()));
+        let missing = || {
+            let how = if rest.is_empty() { "finished" } else { "understood" };
+            let (usage, example) = (directive.usage(), directive.example);
+            DebugError::new(format!(
+                "`{line}` is not {how}; it is typed `{usage}`, as in `{example}`"
+            ))
+        };
         match directive.name {
             "step" => self.stepped(rest, Way::Forward, progress),
             "back" => self.stepped(rest, Way::Back, progress),
@@ -154,7 +161,9 @@ impl Debugger {
                 Ok(Answer::Done)
             }
             "put" => {
-                let (field, value) = rest.split_once('=').ok_or_else(missing)?;
+                let (field, value) = rest
+                    .split_once('=')
+                    .ok_or_else(|| self.without_equals(rest).unwrap_or_else(missing))?;
                 let value = value.trim();
                 // A word that is not a field is taken as text.
                 let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
@@ -209,6 +218,14 @@ impl Debugger {
             "quit" => Ok(Answer::Quit),
             name => Err(unknown(name)),
         }
+    }
+
+    /// What is probably meant by `put x 5`.
+    fn without_equals(&self, rest: &str) -> Option<DebugError> {
+        let (field, value) = rest.split_once(char::is_whitespace)?;
+        Field::parse(field, self.device()).ok()?;
+        let meant = format!("put {field} = {}", value.trim());
+        Some(DebugError::new(format!("`put {rest}` has no `=`; `{meant}` is probably meant")))
     }
 
     // --- going ---
@@ -430,6 +447,7 @@ impl Debugger {
         let options = Options { hits: Hits::All, ..options };
         let mut breakpoint = [Breakpoint::new(BreakpointId::NOBODYS, trigger, options)];
         let (begin, heading) = (self.place(), self.history().heading());
+        let known = self.known();
         let source = self.source().cloned();
         let end = self.history().branches().find(|branch| branch.id == heading);
         let end = end.map_or(self.now(), |branch| branch.end.at);
@@ -450,9 +468,9 @@ impl Debugger {
         notes.sort_by_key(|note| note.at);
         let mut times = 1..;
         notes.retain(|_| times.next().is_some_and(|time| hits.allow(time)));
-        let history = self.history_mut();
-        history.go_back_to(begin);
-        history.drain();
+        self.history_mut().go_back_to(begin);
+        self.forget_beyond(known);
+        self.history_mut().drain();
         match found {
             vimc4_timeline::Found::GivenUp => Err(DebugError::new("cancelled")),
             _ => Ok(Answer::Notes(notes, more)),
@@ -716,14 +734,25 @@ fn is_elsewhere(verb: Verb) -> bool {
 }
 
 fn unknown(word: &str) -> DebugError {
-    let near = crate::table::TABLE
-        .iter()
-        .filter(|directive| !word.is_empty() && directive.name.starts_with(word));
-    let near: Vec<&str> = near.map(|directive| directive.name).collect();
-    match near.as_slice() {
-        [] => DebugError::new(format!("`{word}` is not a command")).with(Remedy::Help),
-        near => DebugError::new(format!("`{word}` is not a command; there is {}", near.join(", "))),
+    let wrong = format!("`{word}` is not a command");
+    let begun = TABLE.iter().map(|directive| directive.name);
+    let begun: Vec<&str> =
+        begun.filter(|name| !word.is_empty() && name.starts_with(word)).collect();
+    if !begun.is_empty() {
+        return DebugError::new(format!("{wrong}; there is {}", begun.join(", ")));
     }
+    match meant(word) {
+        Some(meant) => DebugError::new(format!("{wrong}; `{meant}` is probably meant")),
+        None => DebugError::new(wrong).with(Remedy::Help),
+    }
+}
+
+/// What is typed nearly so: a letter in three may be wrong, and two that are exchanged are one.
+fn meant(word: &str) -> Option<&'static str> {
+    let verbs = Verb::all().filter_map(|verb| verb.name().split(' ').next());
+    let names = TABLE.iter().map(|directive| directive.name).chain(verbs);
+    let (distance, name) = names.map(|name| (osa_distance(word, name), name)).min()?;
+    (distance * 3 <= name.len()).then_some(name)
 }
 
 /// Why no line of a file can be shown or gone to.

@@ -77,6 +77,16 @@ struct Wait {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Standing(Option<Wait>);
 
+/// What a host has done by now on a branch.
+#[derive(Clone)]
+pub(crate) struct Fed {
+    branch: BranchId,
+    /// How often it has done something, and how far it has got.
+    done: usize,
+    last: Option<Done>,
+    asked: usize,
+}
+
 /// A question that the host asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Asked {
@@ -494,6 +504,23 @@ impl Feed {
             let last = self.asked_at(place).next_back();
             self.wait = last.map(|piece| Wait { place, piece, lasts: true });
         }
+    }
+
+    /// What it has done by now on a branch, to be come back to.
+    pub(crate) fn fed(&self, branch: BranchId) -> Fed {
+        let done = self.done.get(&branch).map_or(&[][..], Vec::as_slice);
+        let asked = self.asked.get(&branch).map_or(0, Vec::len);
+        Fed { branch, done: done.len(), last: done.last().cloned(), asked }
+    }
+
+    /// What it has done there since then it has not done.
+    pub(crate) fn takes_back(&mut self, Fed { branch, done, last, asked }: Fed) {
+        let own = self.done.entry(branch).or_default();
+        own.truncate(done);
+        if let (Some(own), Some(last)) = (own.last_mut(), last) {
+            *own = last;
+        }
+        self.asked.entry(branch).or_default().truncate(asked);
     }
 
     /// What it asks or has asked last, to be put back.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
+use vimc4_device::{CommandNumber, Condition, Event, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
@@ -10,7 +10,7 @@ use crate::ahead::{end_of, seek_next};
 use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::expression::filled;
-use crate::feed::{Asked, Standing, Turn};
+use crate::feed::{Asked, Fed, Standing, Turn};
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
 use crate::{DebugError, Depth, Feed, Refused, Remedy, Unit, Way};
@@ -279,8 +279,18 @@ impl Debugger {
     }
 
     /// Goes to where a trigger is met next or was met last, whatever breakpoints there are and whatever
-    /// the host asks on the way. If there is no such place the present stays.
+    /// the host asks on the way. If there is no such place nothing has happened.
     pub fn find(&mut self, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
+        let known = self.known();
+        let stop = self.look_for(trigger, way, progress);
+        if stop.why != Reason::Gone {
+            self.forget_beyond(known);
+        }
+        stop
+    }
+
+    /// The same, where what has become known stays so.
+    fn look_for(&mut self, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
         let (begin, standing) = (self.place(), self.standing());
         let heeded = std::mem::take(&mut self.breakpoints);
         self.await_trigger(trigger);
@@ -320,7 +330,7 @@ impl Debugger {
         if found == Ok(Found::Here) {
             self.host_moves(Found::Here);
         } else {
-            // The present is where it was.
+            // Nothing has happened.
             problems.last.clear();
             self.stand(standing);
         }
@@ -333,7 +343,7 @@ impl Debugger {
         self.stopped_after(why, Vec::new(), problems.last)
     }
 
-    /// First in the history, and then in the future.
+    /// First in the history, and then in the future. An unsuccessful search leaves no trace.
     fn seek_ahead(
         &mut self,
         condition: &Condition,
@@ -341,13 +351,15 @@ impl Debugger {
         progress: &mut Progress<'_>,
     ) -> Result<Found, Reason> {
         let begin = self.place();
+        let mut known = self.known();
         let mut begins = Begins::new(condition);
         let mut telling = Telling { sought: &mut begins, problems };
         let mut end = end_of(&self.history);
         let mut found = self.history.seek_next(end, &mut telling, progress);
         while found == Found::Nowhere {
             match self.read_ahead(progress) {
-                Ok(true) => {}
+                // What is recorded stays known.
+                Ok(true) => known = self.known(),
                 Ok(false) => break,
                 Err(why) => {
                     self.history.go_back_to(begin);
@@ -361,15 +373,11 @@ impl Debugger {
             self.history.go_to_time(end);
             found = self.seek_beyond(&mut begins, problems, progress);
         }
-        Ok(self.back_unless_here(found, begin))
-    }
-
-    /// If nothing was found the present is where it was.
-    fn back_unless_here(&mut self, found: Found, begin: Place) -> Found {
         if found != Found::Here {
             self.history.go_back_to(begin);
+            self.forget_beyond(known);
         }
-        found
+        Ok(found)
     }
 
     /// Goes to a moment.
@@ -413,11 +421,15 @@ impl Debugger {
         if waits_at(self) == Some(line) {
             return Ok(self.here());
         }
+        let known = self.known();
         for way in [Way::Back, Way::Forward] {
-            let stop = self.find(Trigger::SourceLine(line), way, progress);
+            let stop = self.look_for(Trigger::SourceLine(line), way, progress);
             match stop.why {
                 Reason::Gone => return Ok(stop),
-                Reason::Cancelled => return Err(Reason::Cancelled.into()),
+                Reason::Cancelled => {
+                    self.forget_beyond(known);
+                    return Err(Reason::Cancelled.into());
+                }
                 _ => {}
             }
         }
@@ -427,6 +439,7 @@ impl Debugger {
         self.host_is_found();
         let why = self.rests();
         self.history.go_back_to(begin);
+        self.forget_beyond(known);
         self.stand(standing);
         Err(DebugError::new(match why {
             Reason::Waits(what) => format!("before line {line}, {what}"),
@@ -484,7 +497,7 @@ impl Debugger {
             self.read_until(is_read, progress)?;
         }
         let (begin, heading) = (self.place(), self.history.heading());
-        let standing = self.standing();
+        let (known, standing) = (self.known(), self.standing());
         self.history.go_to_end(heading);
         let mut begins = CommandBegins(number);
         let mut found = self.history.seek_last_or_here(&mut begins, progress);
@@ -502,6 +515,7 @@ impl Debugger {
         };
         let refused = self.rest_not_sent();
         self.history.go_back_to(begin);
+        self.forget_beyond(known);
         self.stand(standing);
         let line = self.source.as_ref().and_then(|source| source.line_of(number));
         let what = line.map_or_else(|| format!("command {number}"), |line| format!("line {line}"));
@@ -537,26 +551,18 @@ impl Debugger {
         self.stopped(why, Vec::new())
     }
 
-    /// From the end of the way on, goes to where `sought` is. Where the host does nothing more that is tried
-    /// on a copy, so that an unsuccessful search leaves no trace here.
+    /// From the end of the way on, goes to where `sought` is, whatever the host still does.
     fn seek_beyond(
         &mut self,
         sought: &mut impl Sought<Wired>,
         problems: &mut Problems,
         progress: &mut Progress<'_>,
     ) -> Found {
-        let mut found = self.host_goes_on_to(sought, problems, progress);
-        if found == Found::Nowhere && !self.stays {
-            let mut future = History::new(self.line().clone());
-            future.watch(Kinds::ALL);
-            found = future.seek_next(Time::NEVER, sought, progress);
-            if found == Found::Here {
-                // The same way once more, here.
-                let mut telling = Telling { sought, problems };
-                found = self.history.seek_next(Time::NEVER, &mut telling, progress);
-            }
+        let found = self.host_goes_on_to(sought, problems, progress);
+        if found != Found::Nowhere || self.stays {
+            return found;
         }
-        found
+        self.history.seek_next(Time::NEVER, &mut Telling { sought, problems }, progress)
     }
 
     /// From the end of the way on, lets the host do what it has not done yet, up to where `sought` is.
@@ -594,7 +600,7 @@ impl Debugger {
         which: impl Fn(&Breakpoint) -> bool,
         progress: &mut Progress<'_>,
     ) -> bool {
-        let (begin, here) = (self.place(), self.counted_here());
+        let (begin, here, known_to) = (self.place(), self.counted_here(), self.known());
         for number in 0..self.breakpoints.len() {
             let own = &self.breakpoints[number];
             if !which(own) || own.counted == Some(here) {
@@ -627,6 +633,7 @@ impl Debugger {
             };
             let come_to = self.history.present();
             self.history.go_back_to(begin);
+            self.forget_beyond(known_to.clone());
             if !is_counted {
                 let asks = !self.questions(&counter[0].trigger).is_empty();
                 let own = &mut self.breakpoints[number];
@@ -923,6 +930,24 @@ impl Debugger {
         }
     }
 
+    /// How far the way of the present is known, and what the host has done there. What is still to be read
+    /// of a recording stays known when it is.
+    pub(crate) fn known(&self) -> Option<Known> {
+        let way = self.history.known();
+        let fed = self.feed.as_ref().map(|feed| feed.fed(self.history.heading()));
+        (!self.goes_on_reading()).then_some(Known { way, fed })
+    }
+
+    /// Forgets what has become known of it since, which was only tried, and that the host did it. The
+    /// present is to be no later.
+    pub(crate) fn forget_beyond(&mut self, known: Option<Known>) {
+        let Some(Known { way, fed }) = known else { return };
+        self.history.forget_beyond(way);
+        if let (Some(fed), Some(feed)) = (fed, &mut self.feed) {
+            feed.takes_back(fed);
+        }
+    }
+
     fn standing(&self) -> Standing {
         self.feed.as_ref().map(Feed::standing).unwrap_or_default()
     }
@@ -1043,6 +1068,13 @@ impl Debugger {
         };
         Stop { why, place, at, met, command, line, notes, problems, outputs, said }
     }
+}
+
+/// How far a way is known, and what the host has done on it.
+#[derive(Clone)]
+pub(crate) struct Known {
+    way: vimc4_timeline::Known,
+    fed: Option<Fed>,
 }
 
 /// Whether the present is beyond a place at the same instant.

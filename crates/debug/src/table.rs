@@ -196,7 +196,8 @@ pub static TABLE: &[Directive] = &[
         arguments: "CONDITION",
         about: "go on to where this becomes true",
         more: "It is computed from the motions and not stepped through, so it is found at its exact instant. \
-               If it is true already, it is found where it becomes true again.",
+               If it is true already, it is found where it becomes true again. Where it never becomes \
+               true nothing has happened.",
         example: "next z < -5000",
         group: Group::Going,
         follows: Follows::Condition,

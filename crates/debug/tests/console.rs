@@ -290,11 +290,20 @@ fn what_is_wrong_is_said_and_nothing_happens() {
     let mut debugger = moved();
     let begin = debugger.place();
     for (line, error) in [
-        ("stepp", "`stepp` is not a command; `help` lists them"),
+        ("stepp", "`stepp` is not a command; `step` is probably meant"),
+        ("contiune", "`contiune` is not a command; `continue` is probably meant"),
+        ("pres stop", "`pres` is not a command; `press` is probably meant"),
+        ("nonsense", "`nonsense` is not a command; `help` lists them"),
         ("st", "`st` is not a command; there is step"),
         ("step 3 lightyears", "`lightyears` is not a unit"),
         ("goto moon", "`moon` is not a place"),
-        ("break", "how it is typed: break WHAT"),
+        ("break", "`break` is not finished; it is typed `break WHAT"),
+        ("why not", "`why not` is not understood; it is typed `why ["),
+        ("put x 5", "`put x 5` has no `=`; `put x = 5` is probably meant"),
+        (
+            "put it 5",
+            "`put it 5` is not understood; it is typed `put FIELD = VALUE`, as in `put x = 500`",
+        ),
         ("print nothing.there", "there is no `nothing`"),
         ("print axes.q", "there is no `q`: `axes` has a, x, y, z"),
         ("press cover", "`press cover` is wrong at `cover`: "),
@@ -351,7 +360,8 @@ fn what_an_error_names_as_its_remedy_can_be_done() {
     assert!(
         wrong(&mut debugger, "continue 7").to_string().starts_with("`7` has no unit of time; ")
     );
-    assert!(wrong(&mut debugger, "delete").to_string().starts_with("how it is typed: delete "));
+    let delete = wrong(&mut debugger, "delete").to_string();
+    assert!(delete.starts_with("`delete` is not finished; it is typed `delete "), "{delete}");
 }
 
 #[test]
@@ -721,4 +731,34 @@ fn an_input_and_an_output_of_one_number_are_two_ports() {
     run(&mut debugger, &["assert ports.in0 = 196", "goto start"]);
     let wrong = wrong(&mut debugger, "print ports.1").to_string();
     assert!(wrong.starts_with("there is no `1`: `ports` has in0, in1, "), "{wrong}");
+}
+
+#[test]
+fn a_search_that_finds_nothing_changes_nothing() {
+    for search in [
+        "next x = 9999",
+        "run until x 9999",
+        "goto command 99",
+        "list commands",
+        "trace x > 9999",
+        "break x > 9999 hit 3",
+        "breakpoints",
+    ] {
+        // What was sent is on its way.
+        let mut debugger = debugger("imc4", "bench");
+        run(&mut debugger, &["break command @0A hit 9", "send @01"]);
+        let (begin, state) = (debugger.place(), debugger.line().state());
+        let _ = debugger.execute(search, &mut uninterrupted);
+        assert_eq!((debugger.place(), debugger.line().state()), (begin, state), "{search}");
+        assert!(debugger.history().is_at_end(), "{search}");
+        // What is sent next comes behind it.
+        run(&mut debugger, &["send @0A1000,900", "continue", "assert x = 1000"]);
+        assert_eq!(debugger.history().branches().count(), 1, "{search}");
+    }
+    // What is found is there.
+    let mut debugger = debugger("imc4", "bench");
+    run(&mut debugger, &["send @01", "send @0A1000,900", "next x = 400", "assert x = 400"]);
+    assert!(debugger.history().is_at_end());
+    // A command that is still on its way can be gone to.
+    run(&mut debugger, &["send @0P", "goto command 3", "assert x = 1000"]);
 }

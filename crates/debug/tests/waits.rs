@@ -589,3 +589,27 @@ fn only_breakpoints_that_people_make_have_numbers() {
     assert_eq!(numbers, [1, 2, 3, 4, 5]);
     assert_eq!(counts(&mut debugger).len(), 5);
 }
+
+#[test]
+fn what_the_host_would_have_done_in_a_search_for_nothing_is_not_done() {
+    for search in ["next x = 9999", "goto command 99", "goto line 99"] {
+        let mut debugger = asking();
+        let _ = debugger.execute(search, &mut uninterrupted);
+        let at_end = debugger.history().is_at_end();
+        assert!(at_end && debugger.place().moment.inputs == 0, "{search}");
+        // It asks as if nothing had been, and what is done by hand begins no branch.
+        run(&mut debugger, &["send @01"]);
+        assert_eq!(debugger.history().branches().count(), 1, "{search}");
+        let same = |own: &mut Debugger| {
+            let mut places = Vec::new();
+            for _ in 0..6 {
+                let stop = own.go(Way::Forward, None, &mut uninterrupted);
+                places.push((stop.why, stop.place));
+            }
+            places
+        };
+        let mut other = asking();
+        run(&mut other, &["send @01"]);
+        assert_eq!(same(&mut debugger), same(&mut other), "{search}");
+    }
+}

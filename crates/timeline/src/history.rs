@@ -109,6 +109,13 @@ pub struct Branch {
     pub inputs: u64,
 }
 
+/// How far a branch is known, to [forget](History::forget_beyond) what is only tried after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    end: Place,
+    inputs: u64,
+}
+
 /// How much memory a history takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Usage {
@@ -591,6 +598,40 @@ impl<D: Device> History<D> {
         }
         (self.acted, self.outputs) = (acted, outputs);
         done
+    }
+
+    /// How far the branch is known on which the present continues.
+    pub fn known(&self) -> Known {
+        let track = &self.tracks[self.heading.0 as usize];
+        let end = Place { branch: self.heading, moment: track.end };
+        Known { end, inputs: track.tape.len() }
+    }
+
+    /// Forgets what has become known of a branch since then, its inputs too: it was only tried, and what
+    /// is given next comes instead of it. A present beyond that goes back to where it ends. What
+    /// other branches have left is kept.
+    pub fn forget_beyond(&mut self, known: Known) {
+        let Known { end, inputs } = known;
+        let is_left = self
+            .tracks
+            .iter()
+            .filter_map(|track| track.parting)
+            .any(|parting| parting.branch == end.branch && parting.moment > end.moment);
+        let Some(track) = self.tracks.get_mut(end.branch.0 as usize) else { return };
+        if is_left || (track.end <= end.moment && track.tape.len() <= inputs) {
+            return;
+        }
+        track.tape.truncate(inputs);
+        track.snapshots.truncate(end.moment);
+        track.end = end.moment;
+        self.waypoints.forget_beyond(end);
+        if self.present.branch == end.branch {
+            let here = self.present.moment.min(end.moment);
+            // The number of acts since the last snapshot is another one by now.
+            let kept = self.track().snapshots.not_after(here).moment;
+            self.restore(Place { branch: end.branch, moment: kept });
+            self.reach(Place { branch: end.branch, moment: here });
+        }
     }
 
     /// Begins a branch at the present moment with another state of the device, which is put in by

@@ -16,7 +16,7 @@ mod stretch;
 mod tape;
 mod waypoints;
 
-pub use history::{Branch, History, Limits, Usage};
+pub use history::{Branch, History, Known, Limits, Usage};
 pub use moment::{Act, BranchId, Moment, Place};
 pub use search::{Begins, Found, Progress, Sought, Which};
 pub use stretch::Stretch;

@@ -94,6 +94,12 @@ impl<S> Snapshots<S> {
         self.later.push(kept);
     }
 
+    /// Leaves those out that are after a moment. What the stretch before them had is not known any more, so it
+    /// may have had all that it had with them.
+    pub(crate) fn truncate(&mut self, last: Moment) {
+        self.later.truncate(self.later.partition_point(|kept| kept.moment <= last));
+    }
+
     /// The first for 0, then the later ones.
     fn nth(&self, number: usize) -> &Kept<S> {
         number.checked_sub(1).and_then(|place| self.later.get(place)).unwrap_or(&self.first)

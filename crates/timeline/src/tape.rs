@@ -74,6 +74,18 @@ impl Tape {
         self.entries.push(Entry { at, end: sort << Entry::SORT | self.bytes.len() as u64 });
     }
 
+    /// Leaves out all inputs but the first so many.
+    pub(crate) fn truncate(&mut self, inputs: u64) {
+        let kept = usize::try_from(inputs).unwrap_or(usize::MAX);
+        let gone = self.entries.get(kept..).unwrap_or_default();
+        let count = |sort| gone.iter().filter(|entry| entry.end >> Entry::SORT == sort).count();
+        let (faults, rulings) = (count(Entry::FAULT), count(Entry::RULE));
+        self.faults.truncate(self.faults.len().saturating_sub(faults));
+        self.rulings.truncate(self.rulings.len().saturating_sub(rulings));
+        self.entries.truncate(kept);
+        self.bytes.truncate(self.entries.last().map_or(0, |last| last.end()));
+    }
+
     /// The input of a number, counted from 0, and its time.
     pub(crate) fn get(&self, number: u64) -> Option<(Time, Input<'_>)> {
         let place = usize::try_from(number).ok()?;
@@ -138,5 +150,15 @@ mod tests {
             assert_eq!(tape.get(number), Some((Time::from_secs(number), input)));
         }
         assert_eq!((tape.get(11), tape.len()), (None, 11));
+        // What is added where others were left out takes their place.
+        for kept in (0..=11).rev() {
+            let mut shorter = Tape::default();
+            for (second, input) in (0..kept).zip(inputs) {
+                shorter.push(Time::from_secs(second), input);
+            }
+            let mut left = tape.clone();
+            left.truncate(kept);
+            assert_eq!(left, shorter, "{kept}");
+        }
     }
 }

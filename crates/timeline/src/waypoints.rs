@@ -56,6 +56,13 @@ impl<S> Waypoints<S> {
         self.states.insert(key, waypoint());
     }
 
+    /// Leaves those out that are after a place on its branch.
+    pub(crate) fn forget_beyond(&mut self, Place { branch, moment }: Place) {
+        let is_kept = |own: &(BranchId, Moment)| own.0 != branch || own.1 <= moment;
+        self.states.retain(|own, _| is_kept(own));
+        self.passed.retain(is_kept);
+    }
+
     /// The last of them from a moment on that is not after another of the same branch.
     pub(crate) fn not_after(&self, branch: BranchId, from: Moment, last: Moment) -> Option<Moment> {
         self.states.range((branch, from)..=(branch, last)).next_back().map(|((_, at), _)| *at)

@@ -75,6 +75,57 @@ fn a_step_back_undoes_a_step_and_the_time_after_it() {
 }
 
 #[test]
+fn what_was_only_tried_is_forgotten() {
+    // With and without states on the way.
+    for limits in [Limits::default(), Limits { spacing: 2, stride: 1, ..Limits::default() }] {
+        let mut history = driven(limits);
+        // What is on its way is known, and what comes of it is not.
+        history.give(Input::Bytes(b"m7\r"));
+        let (known, begin, state) = (history.known(), history.present(), history.device().state());
+        for (tried, input) in [(1, &b"m9\r"[..]), (2, b"p\r"), (3, b"m3\rp\r")] {
+            history.run_to_rest();
+            assert_ne!(history.present(), begin);
+            history.give(Input::Bytes(input));
+            history.run_to(ms(300));
+            history.go_back_to(begin);
+            assert!(!history.is_at_end());
+            history.forget_beyond(known);
+            assert!(history.is_at_end(), "{tried}");
+            assert_eq!((history.present(), history.device().state()), (begin, state.clone()));
+            assert_eq!(history.inputs(BranchId(0), 0).count(), 3);
+            assert!(history.snapshots(BranchId(0)).all(|kept| kept <= begin.moment));
+        }
+        // What is given next comes behind it, on the same branch.
+        history.give(Input::Bytes(b"m2\r"));
+        history.run_to(ms(400));
+        assert_eq!(history.branches().count(), 1);
+        let mut same = driven(limits);
+        same.give(Input::Bytes(b"m7\r"));
+        same.give(Input::Bytes(b"m2\r"));
+        same.run_to(ms(400));
+        assert_eq!(history.present(), same.present());
+        assert_eq!(history.device().state(), same.device().state());
+        let kept = |history: &History<Cart>| history.snapshots(BranchId(0)).collect::<Vec<_>>();
+        assert_eq!(kept(&history), kept(&same));
+    }
+}
+
+#[test]
+fn what_a_branch_has_left_is_not_forgotten() {
+    let mut history = driven(Limits::default());
+    let known = history.known();
+    history.give(Input::Bytes(b"m7\r"));
+    history.run_to(ms(300));
+    history.go_to_time(ms(204));
+    history.give(Input::Signal(Cart::STOP, 1));
+    let there = history.present();
+    history.forget_beyond(known);
+    assert_eq!(history.present(), there);
+    assert!(history.go_to_end(BranchId(0)));
+    assert_eq!(history.now(), ms(300));
+}
+
+#[test]
 fn an_input_in_the_past_begins_a_branch_and_leaves_the_rest() {
     let mut history = driven(Limits::default());
     let end = history.present();

@@ -1,7 +1,8 @@
 //! What may be left out of a file that is not fully readable: only what the tool's way does not
 //! depend on.
 
-use super::problem::distance;
+use strsim::levenshtein;
+
 use super::reference;
 use super::text::{TextLine, lines};
 use super::token;
@@ -70,7 +71,7 @@ pub(super) fn command_in(text: &str) -> Option<(usize, &'static str)> {
 /// Whether a word begins with the name of a command or is written nearly as one.
 fn glued_or_near(word: &str) -> bool {
     let mut names = reference::COMMANDS.iter().map(|info| info.name);
-    names.any(|known| word.starts_with(known) || distance(word, known) * 3 <= known.len())
+    names.any(|known| word.starts_with(known) || levenshtein(word, known) * 3 <= known.len())
 }
 
 /// Whether a word is the name of a command of few letters: REF, VEL, CYL.
@@ -118,11 +119,11 @@ fn has_coordinates(text: &str) -> bool {
 fn is_like(name: &str, known: &str) -> bool {
     // What follows the name may have lost its blank.
     let beginning = name.get(..known.len()).unwrap_or(name);
-    distance(beginning, known) * 3 <= known.len()
+    levenshtein(beginning, known) * 3 <= known.len()
         || known.starts_with(name)
         || known.ends_with(name)
         || name.contains(known)
-        || distance(name, known) * 3 <= known.len() * 2
+        || levenshtein(name, known) * 3 <= known.len() * 2
 }
 
 /// How many lines are examined to tell one language from another.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use strsim::levenshtein;
+
 use super::reference;
 use super::value::Value;
 use crate::Severity;
@@ -311,44 +313,13 @@ fn glued(name: &str) -> Option<String> {
 fn nearest(name: &str) -> Option<&'static str> {
     let name = name.to_ascii_uppercase();
     let known = reference::COMMANDS.iter().map(|info| info.name);
-    let (distance, known) = known.map(|known| (distance(&name, known), known)).min()?;
+    let (distance, known) = known.map(|known| (levenshtein(&name, known), known)).min()?;
     (distance * 3 <= known.len()).then_some(known)
-}
-
-/// How many letters must be put in, left out or changed to make one word of the other
-/// (Levenshtein).
-pub(super) fn distance(one: &str, other: &str) -> usize {
-    let mut row: Vec<usize> = (1..=other.len()).collect();
-    for (place, letter) in one.bytes().enumerate() {
-        let (mut diagonal, mut left) = (place, place + 1);
-        for (cell, expected) in row.iter_mut().zip(other.bytes()) {
-            let changed = diagonal + usize::from(letter != expected);
-            left = changed.min(*cell + 1).min(left + 1);
-            diagonal = std::mem::replace(cell, left);
-        }
-    }
-    row.last().copied().unwrap_or(one.len())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_count_letters() {
-        for (one, other, expected) in [
-            ("", "", 0),
-            ("", "REF", 3),
-            ("REF", "", 3),
-            ("REF", "REF", 0),
-            ("REEF", "REF", 1),
-            ("RF", "REF", 1),
-            ("kitten", "sitting", 3),
-            ("MOVABS", "MOVEABS", 1),
-        ] {
-            assert_eq!(distance(one, other), expected, "{one} {other}");
-        }
-    }
 
     #[test]
     fn names_that_are_nearly_right_are_found() {
