@@ -9,7 +9,7 @@ use vimc4_device::{
     Activity, CommandNumber, Device, Event, Fact, Fault, FaultView, Input, Kinds, LineState,
     Output, OwnedInput, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View, Warning,
 };
-use vimc4_timeline::{Act, Place};
+use vimc4_timeline::{Act, History, Place};
 
 /// A controller at its line with its history and a debugger on it, as a device: whatever is done to it is kept.
 #[derive(Debug)]
@@ -23,9 +23,9 @@ pub(crate) struct Kept {
     given: Option<OwnedInput>,
 }
 
-/// A controller that remembers.
-pub(crate) fn kept(controller: Controller) -> Kept {
-    let debugger = Debugger::new(controller);
+/// A controller at its line that remembers.
+pub(crate) fn kept(line: Wired) -> Kept {
+    let debugger = Debugger::over(History::new(line));
     let (out, meant) = (VecDeque::new(), VecDeque::new());
     Kept { debugger, out, meant, wanted: Kinds::ALL, given: None }
 }
@@ -47,7 +47,7 @@ pub(crate) fn bare(kept: &Kept) -> &Controller {
 }
 
 impl Kept {
-    fn line(&self) -> &Wired {
+    pub(crate) fn line(&self) -> &Wired {
         self.debugger.line()
     }
 

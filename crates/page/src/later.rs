@@ -31,8 +31,8 @@ pub(crate) mod kept {
 
     pub(crate) type Kept = Line<Controller>;
 
-    pub(crate) fn kept(controller: Controller) -> Kept {
-        Line::ideal(controller)
+    pub(crate) fn kept(line: Kept) -> Kept {
+        line
     }
 
     /// Commands are told of one by one, so that each means what it means now.
@@ -92,7 +92,7 @@ pub(crate) mod recorder {
     pub(crate) struct Recorder;
 
     impl Recorder {
-        pub(crate) fn begin(_: &Model, _: &Machine, _: Clock, _: Names) -> Recorder {
+        pub(crate) fn begin(_: &Model, _: &Machine, _: &Kept, _: Clock, _: Names) -> Recorder {
             Recorder
         }
 

@@ -67,10 +67,10 @@ impl Live {
     pub(crate) fn new(
         model: Model,
         machine: Arc<Machine>,
-        controller: Controller,
+        line: Line<Controller>,
         clock: Clock,
     ) -> Live {
-        let mut line = kept(controller);
+        let mut line = kept(line);
         line.watch(Kinds::ALL);
         let names = model.names(line.signals()).with_scales(machine.scales());
         let feed = Feed::new(Arc::new(|| {}));
@@ -177,9 +177,8 @@ impl Live {
 
     /// Everything is recorded from now on.
     pub(crate) fn record(&mut self) {
-        let recorder =
-            Recorder::begin(&self.model, &self.machine, self.pace.clock, self.names.clone());
-        self.recorder = Some(recorder);
+        let Live { model, machine, line, pace, names, .. } = self;
+        self.recorder = Some(Recorder::begin(model, machine, line, pace.clock, names.clone()));
         let state = written(&self.line);
         self.tell(self.now(), What::State { by: None, state });
         self.performed = (self.now(), 0);

@@ -6,7 +6,7 @@ use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
 use vimc4_control::Source;
-use vimc4_device::{Device, LineState, Names, OwnedInput};
+use vimc4_device::{Device, Line, LineState, Names, OwnedInput};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
 use crate::live::Live;
@@ -35,16 +35,14 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     };
     let recording = Recording::read(text.as_bytes()).map_err(|error| wrong(error.to_string()))?;
     let head = &recording.head;
-    if head.line == LineSort::Paced {
-        return Err(wrong(
-            "it was recorded with --line-pacing, where bytes are on their way for a while"
-                .to_owned(),
-        ));
-    }
     let at_line = |line: u32, why: String| wrong(format!("line {line}: {why}"));
     let model = profiles::model(&completed_model(&head.model)).map_err(wrong)?;
     let machine = profiles::machine(&completed_machine(&head.machine)).map_err(wrong)?;
-    let mut controller = bare(&model, &machine, &[])?;
+    let controller = bare(&model, &machine, &[])?;
+    let mut line = match head.line {
+        LineSort::Ideal => Line::ideal(controller),
+        LineSort::Paced => Line::paced(controller),
+    };
     let state_of = |line: u32, written: &Value| {
         let state = serde_json::from_value::<LineState<State>>(written.clone());
         state.map_err(|error| at_line(line, error.to_string()))
@@ -53,13 +51,15 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     // It begins with a state; without one, as a controller that was just switched on.
     while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
         if let What::State { state, .. } = &entry.what {
-            controller.restore(state_of(entry.line, state)?.device);
+            line.restore(state_of(entry.line, state)?);
             break;
         }
     }
     let clock = head.clock.parse().unwrap_or_default();
-    let mut served = Served::new(Live::new(model, machine, controller, clock));
+    let mut served = Served::new(Live::new(model, machine, line, clock));
     let live = &mut served.live;
+    // So that all of it can be saved, with what follows.
+    live.record();
     let names = Names::of(&live.line);
     for entry in entries {
         match &entry.what {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::bare;
 use vimc4_control::Clock;
-use vimc4_device::{Device, unescape};
+use vimc4_device::{Device, Line, unescape};
 
 use crate::call::{Answer, Outcome};
 use crate::live::Live;
@@ -78,7 +78,7 @@ fn made(setup: &Setup) -> Result<Served, Problem> {
     let machine = profiles::machine(&setup.machine)?;
     let clock: Clock = setup.clock.parse()?;
     let controller = bare(&model, &machine, setup.flash.as_bytes())?;
-    Ok(Served::new(Live::new(model, machine, controller, clock)))
+    Ok(Served::new(Live::new(model, machine, Line::ideal(controller), clock)))
 }
 
 /// What a line would mean to a controller, as it is typed: `\r` and the like stand for what cannot be.

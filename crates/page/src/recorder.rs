@@ -26,7 +26,14 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn begin(model: &Model, machine: &Machine, clock: Clock, names: Names) -> Recorder {
+    pub(crate) fn begin(
+        model: &Model,
+        machine: &Machine,
+        line: &Kept,
+        clock: Clock,
+        names: Names,
+    ) -> Recorder {
+        let is_paced = line.line().is_paced();
         // Profiles can always be written.
         let head = Head {
             recording: VERSION,
@@ -35,7 +42,7 @@ impl Recorder {
             model: serde_json::to_value(model).unwrap_or_default(),
             machine: serde_json::to_value(machine).unwrap_or_default(),
             clock: clock.to_string(),
-            line: LineSort::Ideal,
+            line: if is_paced { LineSort::Paced } else { LineSort::Ideal },
             seed: None,
             from: "the page".to_owned(),
             controller: String::new(),

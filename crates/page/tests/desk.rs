@@ -5,9 +5,9 @@
 use serde_json::{Value, json};
 use vimc4_answers::table::ROUTES;
 use vimc4_catalogue::bare;
-use vimc4_device::Line;
+use vimc4_device::{Device, Line};
 use vimc4_page::Desk;
-use vimc4_timeline::recording::{Player, Recording, Tolerance, check};
+use vimc4_timeline::recording::{LineSort, Player, Recording, Tolerance, check};
 
 fn asked(desk: &mut Desk, method: &str, path: &str, body: &Value) -> (u16, Value) {
     let body = if body.is_null() { String::new() } else { body.to_string() };
@@ -225,7 +225,10 @@ fn played(text: &str) -> Result<u64, String> {
     let state = |written: &Value| {
         serde_json::from_value(written.clone()).map_err(|error| error.to_string())
     };
-    let player = Player::new(Line::ideal(controller));
+    let player = Player::new(match recording.head.line {
+        LineSort::Ideal => Line::ideal(controller),
+        LineSort::Paced => Line::paced(controller),
+    });
     let played = check(&recording, player, Tolerance::Exact, &state).unwrap();
     match played.difference {
         None => Ok(played.bytes),
@@ -426,4 +429,71 @@ fn a_state_that_was_put_in_by_hand_is_in_no_link() {
     done(&mut desk)("POST", "history/go", json!({ "branch": 2 }));
     let (status, refused) = asked(&mut desk, "GET", "/v1/controllers/1/deeds", &Value::Null);
     assert_eq!(status, 409, "{refused}");
+}
+
+#[test]
+fn a_recording_of_a_line_that_takes_its_time_is_opened_stepped_and_saved() {
+    let mut desk = Desk::new();
+    done(&mut desk)("POST", "recording", Value::Null);
+    let Value::String(text) = done(&mut desk)("GET", "recording", Value::Null) else {
+        panic!("no text")
+    };
+    let head = text.lines().next().unwrap().replace(r#""line":"ideal""#, r#""line":"paced""#);
+    let (model, machine) = (vimc4_catalogue::model("imc4"), vimc4_catalogue::machine("bench"));
+    let line = Line::paced(bare(&model.unwrap(), &machine.unwrap(), &[]).unwrap());
+    let state = json!({ "at": 0, "state": line.state() });
+    let given = r#"{"at":0,"by":"a test","in":"@01\r@0A5000,900\r"}"#;
+    let text = format!("{head}\n{state}\n{given}\n{{\"at\":2000000000,\"end\":\"a test\"}}\n");
+    let (status, opened) = asked(&mut desk, "PUT", "/v1/recording", &json!({ "text": text }));
+    assert_eq!((status, &opened["is_whole"]), (200, &json!(true)), "{opened}");
+    // A character takes ten bits at 19,200 baud: the fourth one is there after 2.08 ms.
+    let mut ask = done(&mut desk);
+    let entries = ask("GET", "journal?kinds=command", Value::Null)["entries"].clone();
+    assert_eq!(entries[0]["at"], 2_083_334);
+    let mut debug = |line: &str| ask("POST", "debugger", json!({ "line": line }));
+    // Back to where three are there, and on to the fourth.
+    for line in ["goto 2ms", "assert at = 2000000", "step command", "assert at = 2083334"] {
+        debug(line);
+    }
+    drop(ask);
+    // No link, in words; a recording of all of it with what follows, which plays.
+    let (status, refused) = asked(&mut desk, "GET", "/v1/controllers/1/deeds", &Value::Null);
+    assert_eq!(
+        (status, &refused["remedy"]),
+        (409, &json!("save a recording, which has that line"))
+    );
+    let mut ask = done(&mut desk);
+    ask("DELETE", "debugger", Value::Null);
+    ask("POST", "line", json!({ "send": "@0P\r" }));
+    ask("POST", "clock/resume", Value::Null);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    ask("POST", "clock/advance", json!({ "span": "1s" }));
+    let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
+    assert!(text.starts_with(r#"{"recording":1,"#) && text.contains(r#""line":"paced""#), "{text}");
+    assert_eq!(played(&text), Ok(21));
+}
+
+#[test]
+fn a_search_for_nothing_begins_no_branch() {
+    let mut desk = Desk::new();
+    let mut ask = done(&mut desk);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "debugger", json!({ "line": "send @01" }));
+    let said = ask("POST", "debugger", json!({ "line": "next x = 9999" }))["text"].clone();
+    assert!(said.as_str().unwrap().contains("not to be found"), "{said}");
+    ask("POST", "debugger", json!({ "line": "send @0A1000,900" }));
+    // Nothing comes from a host while it is looked at: it ends where the controller rests.
+    let said = ask("POST", "debugger", json!({ "line": "continue" }))["text"].clone();
+    assert!(
+        said.as_str().unwrap().contains("at rest until something comes from outside"),
+        "{said}"
+    );
+    assert_eq!(ask("GET", "history", Value::Null)["branches"].as_array().map(Vec::len), Some(1));
+    assert_eq!(ask("GET", "position", Value::Null)["axes"]["X"], 1_000);
+    drop(ask);
+    let (status, refused) =
+        asked(&mut desk, "POST", "/v1/controllers/1/debugger", &json!({ "line": "put x 5" }));
+    assert_eq!((status, &refused["detail"]), (422, &json!("`put x 5` has no `=`")));
+    assert_eq!(refused["remedy"], "`put x = 5` is probably meant");
 }

@@ -174,9 +174,13 @@ fn recorded(session: &Session, model: &str) -> Result<Vec<(String, Value)>, Stri
     let workshop = Workshop::new(session, model)?;
     let tapes = RefCell::new(Vec::new());
     let build = |flash: &[u8]| {
-        let line = Line::ideal(workshop.build(flash)?);
+        let controller = workshop.build(flash)?;
+        let (line, sort) = match session.line_pacing {
+            true => (Line::paced(controller), LineSort::Paced),
+            false => (Line::ideal(controller), LineSort::Ideal),
+        };
         let mut lines = Vec::new();
-        head(&workshop).put(&mut lines);
+        head(&workshop, sort).put(&mut lines);
         let state = serde_json::to_value(line.state()).map_err(|error| error.to_string())?;
         Entry::new(line.now(), What::State { by: None, state }).put(&mut lines);
         let tape = Rc::new(RefCell::new(Tape { lines, sent: Vec::new(), last: line.now() }));
@@ -198,7 +202,7 @@ fn recorded(session: &Session, model: &str) -> Result<Vec<(String, Value)>, Stri
     Ok(tapes.collect())
 }
 
-fn head(workshop: &Workshop) -> Head {
+fn head(workshop: &Workshop, line: LineSort) -> Head {
     Head {
         recording: VERSION,
         program: "a test".to_owned(),
@@ -206,7 +210,7 @@ fn head(workshop: &Workshop) -> Head {
         model: serde_json::to_value(workshop.model()).expect("a profile"),
         machine: serde_json::to_value(workshop.machine()).expect("a profile"),
         clock: "manual".to_owned(),
-        line: LineSort::Ideal,
+        line,
         seed: None,
         from: "a session".to_owned(),
         controller: String::new(),
@@ -233,10 +237,6 @@ fn the_desk_of_a_page_sends_what_every_session_sends() {
     let (mut desk, mut file, mut wrong, mut played) =
         (Desk::new(), String::new(), String::new(), 0);
     for session in fixtures::sessions().expect("the fixtures") {
-        // A recording of a line on which characters take their time is not opened in a page.
-        if session.line_pacing {
-            continue;
-        }
         for model in &session.models {
             let name = format!("{}::{model}", session.id);
             let tapes = match recorded(&session, model) {
