@@ -998,3 +998,38 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     let (code, said) = console.end();
     assert!(code == Some(1) && said.contains("running there?"), "{code:?} {said}");
 }
+
+#[test]
+fn a_script_that_waits_for_a_host_says_so_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("script.txt");
+    let lines = "continue\nsend @01\nsend @0A1000,900\ncontinue\nassert x = 1000\n";
+    fs::write(&script, format!("continue 1ms\nbreak command @0P\n{lines}")).unwrap();
+    let arguments = ["console", "imc4", "--pty", "none", "--tcp", "127.0.0.1:0", "--script"];
+    let mut command = vimc4(folder.path(), &[&arguments[..], &[script.to_str().unwrap()]].concat());
+    let mut child = command.spawn().unwrap();
+    let mut out = std::io::BufReader::new(child.stdout.take().unwrap());
+    let mut err = std::io::BufReader::new(child.stderr.take().unwrap());
+    let line = |from: &mut dyn BufRead| {
+        let mut line = String::new();
+        from.read_line(&mut line).unwrap();
+        line
+    };
+    let address = line(&mut out);
+    let address = address.trim().strip_prefix("tcp ").unwrap();
+    let waits = line(&mut err);
+    assert!(
+        waits.starts_with("nothing is under way: the controller waits for what a host"),
+        "{waits}"
+    );
+    let mut host = connect(address);
+    host.write_all(b"@0P\r").unwrap();
+    // Something is under way, and then nothing.
+    let rests = line(&mut err);
+    assert!(rests.starts_with("it rests at ") && rests.contains("what a host sends;"), "{rests}");
+    host.write_all(b"@0P\r").unwrap();
+    let mut rest = String::new();
+    out.read_to_string(&mut rest).unwrap();
+    err.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{rest}");
+}

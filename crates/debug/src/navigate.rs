@@ -1,6 +1,7 @@
 //! Walking through the history.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::ControlFlow;
 
 use vimc4_device::{CommandNumber, Condition, Event, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
@@ -276,6 +277,21 @@ impl Debugger {
             };
             return self.stopped_after(why, notes, problems);
         }
+    }
+
+    /// When the controller rests, if nothing comes from outside and no breakpoint is met before; nothing as
+    /// well if that is not soon known. The present stays.
+    #[must_use]
+    pub fn rests_at(&self) -> Option<Time> {
+        /// So often it is asked whether to go on.
+        const PATIENCE: u32 = 1_000;
+        let mut left = PATIENCE;
+        let mut ahead = self.clone();
+        let stop = ahead.go(Way::Forward, None, &mut |_| {
+            left -= 1;
+            if left > 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        (stop.why == Reason::Rest).then_some(stop.at)
     }
 
     /// Goes to where a trigger is met next or was met last, whatever breakpoints there are and whatever

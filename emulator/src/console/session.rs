@@ -1,6 +1,7 @@
 //! A debugger and what it is opened on, as both faces of the console see it.
 
 use std::collections::VecDeque;
+use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,7 +17,7 @@ use vimc4_debug::{
 };
 #[cfg(feature = "api")]
 use vimc4_device::CommandNumber;
-use vimc4_device::{Device, Time, View};
+use vimc4_device::{Device, Time, View, show_nanos};
 #[cfg(feature = "api")]
 use vimc4_timeline::History;
 use vimc4_timeline::Progress;
@@ -476,6 +477,12 @@ impl Session {
         if let Some(said) = self.let_go(until)? {
             return Ok(said);
         }
+        if !self.is_served()
+            && until == Until::Paused
+            && let Some(waits) = self.waits_for_a_host()
+        {
+            let _ = writeln!(io::stderr(), "{waits}");
+        }
         loop {
             let reports = self.live.as_mut().and_then(Live::take_reports);
             let Some(mut reports) = reports else { return Err(Wrong::new("nothing runs here")) };
@@ -492,6 +499,21 @@ impl Session {
                 return Ok(said);
             }
         }
+    }
+
+    /// What is to be known of a controller that was let go and that only a host can keep going.
+    fn waits_for_a_host(&self) -> Option<String> {
+        let at = self.debugger.rests_at()?;
+        let ends = "Ctrl-C ends that; `continue 5s` waits so long at most";
+        Some(match at == self.debugger.now() {
+            true => {
+                format!("nothing is under way: the controller waits for what a host sends; {ends}")
+            }
+            false => {
+                let at = show_nanos(at.as_nanos());
+                format!("it rests at {at}, and then waits for what a host sends; {ends}")
+            }
+        })
     }
 
     /// Goes through what is recorded to where the controller is, and lets that go on; does not wait for
