@@ -108,6 +108,7 @@ const TABLE = {
   everything: ["everything", "alles"],
   talk: ["commands and answers", "Befehle und Antworten"],
   problems: ["errors and warnings", "Fehler und Warnungen"],
+  leftHere: ["The controller left this moment and goes on from another one", "Die Steuerung hat diesen Moment verlassen und macht von einem anderen aus weiter"],
   follow: ["Follow", "Mitlaufen"],
   entries: ["entries", "Einträge"],
   of: ["of", "von"],

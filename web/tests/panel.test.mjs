@@ -465,6 +465,11 @@ with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency s
   await until("it is the present", async () => !(await isPast(page)) && !(await isPast(other.page)));
   await until("the emergency stop is held", async () => (await knob(page, "estop").getAttribute("aria-pressed")) === "true");
   assert.equal((await server.ask("GET", "/controllers/1/clock")).paused, null);
+  // Both browsers mark where what really happened parts, among commands and answers, too.
+  for (const own of [page, other.page]) {
+    await own.locator(".entry-left", { hasText: "The controller left this moment and goes on from another one" }).waitFor();
+    assert.equal(await own.locator(".entry-left").count(), 1);
+  }
   const { carriage: there } = (await server.ask("GET", "/controllers/1/view")).axes[0];
   assert.ok(there > 0 && there < held, `${there}`);
 });

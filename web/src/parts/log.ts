@@ -6,6 +6,8 @@ import type { Machine } from "../machine";
 import { figure, language, say, seconds, translated, type Word } from "../words";
 
 const SIGNS: Record<string, string> = { command: "→", answer: "←", warning: "!", fault: "!", motion: "↗", line: "›" };
+/** The controller has left this moment, and goes on from another one: what follows comes after that, and not after this. */
+const isLeft = ({ kind, about }: Entry): boolean => kind === "news" && about?.deed === "restore";
 const SHOWN: Record<string, (entry: Entry) => boolean> = {
   talk: (entry) => entry.kind === "command" || entry.kind === "answer" || entry.kind === "line",
   everything: () => true,
@@ -59,7 +61,8 @@ export function log(app: App): Part {
   const matching = (): ((entry: Entry) => boolean) => {
     const isShown = SHOWN[which.value]!;
     const wanted = field.value.trim().toLowerCase();
-    return (entry) => entry.text !== undefined && isShown(entry) &&
+    // Whatever is shown of the rest: it is where that parts.
+    return (entry) => entry.text !== undefined && (isShown(entry) || isLeft(entry)) &&
       (wanted === "" || `${entry.text} ${entry.kind}`.toLowerCase().includes(wanted));
   };
 
@@ -86,11 +89,12 @@ export function log(app: App): Part {
   };
 
   const row = (entry: Entry): HTMLElement => {
-    const element = h("li", { class: `entry entry-${entry.kind}${entry.why ? " entry-error" : ""}` });
+    const left = isLeft(entry);
+    const element = h("li", { class: `entry entry-${entry.kind}${entry.why ? " entry-error" : ""}${left ? " entry-left" : ""}` });
     const button = h("button", { attrs: { "aria-expanded": "false" }, onclick: () => open(entry, element) },
       h("time", {}, seconds(entry.at)),
-      h("span", { class: "sign", attrs: { role: "img", "aria-label": translated(entry.kind) } }, SIGNS[entry.kind] ?? "·"),
-      h("span", { class: "text", lang: "en" }, entry.text!));
+      h("span", { class: "sign", attrs: { role: "img", "aria-label": translated(entry.kind) } }, left ? "↩" : SIGNS[entry.kind] ?? "·"),
+      left ? h("span", { class: "text" }, say("leftHere")) : h("span", { class: "text", lang: "en" }, entry.text!));
     element.append(button);
     return element;
   };
