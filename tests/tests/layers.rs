@@ -160,6 +160,7 @@ const PURE: [&str; 34] = [
     "serde_spanned",
     "simd-adler32",
     "strict-num",
+    "strsim",
     "thiserror",
     "tiny-skia",
     "tiny-skia-path",
