@@ -28,14 +28,16 @@ where
 /// What an emulator does not do, or does not start.
 pub(crate) fn of(py: Python<'_>, error: &vimc4::Error) -> PyErr {
     use vimc4::Error::{
-        Address, Control, Fault, File, Flash, FlashFile, Link, Mistake, NoPty, Profile, Pty,
-        Recording, Run, Serial, Start, Tcp, Unknown, Unmet,
+        Address, Control, Fault, File, Flash, FlashFile, Mistake, NoPty, Profile, Recording, Run,
+        Serial, Start, Tcp, Unknown, Unmet,
     };
     let name = match error {
         Control(error) => return of_control(py, error),
         Unmet(failure) => return unmet(py, failure),
         Unknown { .. } | File { .. } | Profile(_) => "ProfileError",
-        Address { .. } | Tcp(_) | Serial(_) | Pty(_) | Link(_) | NoPty => "PortError",
+        Address { .. } | Tcp(_) | Serial(_) | NoPty => "PortError",
+        #[cfg(unix)]
+        vimc4::Error::Pty(_) | vimc4::Error::Link(_) => "PortError",
         FlashFile(_) | Flash { .. } => "FlashError",
         Recording(_) => "RecordingError",
         Fault(_) => "FaultError",

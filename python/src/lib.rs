@@ -10,7 +10,6 @@
 #![deny(unsafe_code)]
 
 mod alarm;
-#[cfg(unix)]
 mod bell;
 mod convert;
 mod coverage;
@@ -32,7 +31,6 @@ use pyo3::prelude::*;
 /// The emulator itself. Use the package `vimc4`, which makes it pleasant.
 #[pymodule]
 mod _vimc4 {
-    #[cfg(unix)]
     #[pymodule_export]
     use super::bell::Bell;
     #[pymodule_export]

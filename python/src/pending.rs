@@ -9,7 +9,6 @@ use pyo3::prelude::*;
 use vimc4::{ControlError, Progress};
 
 use crate::alarm::Ear;
-#[cfg(unix)]
 use crate::bell::Bell;
 use crate::convert::typed;
 use crate::error;
@@ -142,7 +141,6 @@ impl Pending {
     }
 
     /// Whether the answer is there; if not, the bell rings with the key when it may be.
-    #[cfg(unix)]
     fn ready_or_ring(&self, bell: &Bell, key: u64) -> bool {
         self.poll(&mut Context::from_waker(&bell.waker(key))).is_ready()
     }

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import sys
+import threading
 import weakref
-from typing import TYPE_CHECKING, Any, AsyncIterator
+from typing import TYPE_CHECKING, Any, AsyncIterator, Callable
 
 from . import _vimc4
 
@@ -38,6 +40,19 @@ class _Waiting:
         self.bell = _vimc4.Bell()
         self.keys = itertools.count()
         self.futures: dict[int, asyncio.Future[None]] = {}
+        if sys.platform == "win32":
+            # The loop that Windows has watches no sockets: a thread waits, and tells it.
+            weakref.finalize(self, self.bell.close)
+            told = (self.bell, self.loop, weakref.WeakMethod(self.rung))
+            threading.Thread(target=_tell, args=told, name="vimc4", daemon=True).start()
+
+    def begin(self, loop: asyncio.AbstractEventLoop) -> None:
+        if sys.platform != "win32":
+            loop.add_reader(self.bell.fileno(), self.rung)
+
+    def end(self, loop: asyncio.AbstractEventLoop) -> None:
+        if sys.platform != "win32":
+            loop.remove_reader(self.bell.fileno())
 
     def rung(self) -> None:
         for key in self.bell.take():
@@ -50,7 +65,7 @@ class _Waiting:
         key = next(self.keys)
         future = self.futures[key] = loop.create_future()
         if len(self.futures) == 1:
-            loop.add_reader(self.bell.fileno(), self.rung)
+            self.begin(loop)
         try:
             while not pending.ready_or_ring(self.bell, key):
                 await future
@@ -61,7 +76,26 @@ class _Waiting:
         finally:
             del self.futures[key]
             if not self.futures:
-                loop.remove_reader(self.bell.fileno())
+                self.end(loop)
+
+
+if sys.platform == "win32":
+
+    def _tell(
+        bell: _vimc4.Bell,
+        loop: weakref.ref[asyncio.AbstractEventLoop],
+        rung: weakref.WeakMethod[Callable[[], None]],
+    ) -> None:
+        """Tells a loop that the bell has rung, until one of them is gone."""
+        while bell.wait():
+            there, call = loop(), rung()
+            if there is None or call is None:
+                break
+            try:
+                there.call_soon_threadsafe(call)
+            except RuntimeError:  # The loop is closed, and whoever waited in it is gone.
+                break
+            del there, call
 
 
 _loops: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, _Waiting] = weakref.WeakKeyDictionary()

@@ -200,6 +200,10 @@ class Serial(serial.Serial):  # type: ignore[misc]
         """It is as fast as it can be."""
         self._open_line
 
+    def set_buffer_size(self, rx_size: int = 4096, tx_size: int | None = None) -> None:
+        """On Windows, of its driver. Here nothing that has come is lost."""
+        self._open_line
+
     def nonblocking(self) -> None:
         """There is no file to be set; ``timeout`` says how long reading waits."""
         self._open_line
