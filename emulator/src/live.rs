@@ -12,7 +12,7 @@ use serde_json::Value;
 use vimc4::{
     Control, Emulator, News, Order, Report, Reports, Sink, Source, Step, Tap, Wants, What,
 };
-use vimc4_answers::past::{Lived, is_on_way, way};
+use vimc4_answers::past::{self, Lived, is_on_way, way};
 use vimc4_catalogue::State;
 use vimc4_debug::{
     Breakpoint, BreakpointId, Debugger, Note, Reason, Stop, Trigger, Unit, Way, Wired,
@@ -419,21 +419,7 @@ impl Live {
 
     /// Where the controller itself is, if the debugger is elsewhere.
     pub(crate) fn elsewhere(&self, debugger: &Debugger) -> Option<String> {
-        if self.is_here(debugger) {
-            return None;
-        }
-        let place = self.shown_place(debugger);
-        Some(format!(
-            "this is only looked at: the controller itself stays at {place}; `take` takes it here"
-        ))
-    }
-
-    /// Where the controller is, for people.
-    fn shown_place(&self, debugger: &Debugger) -> String {
-        let mut branches = debugger.history().branches();
-        let name = branches.find(|branch| branch.id == self.place.branch).map(|branch| branch.name);
-        let at = vimc4_device::show_nanos(self.place.moment.at.as_nanos());
-        format!("{at} on {}", name.unwrap_or_default())
+        past::elsewhere(debugger, self.place)
     }
 
     /// Takes the controller itself to where the debugger is, and says what came of it. It is put to where it
@@ -469,30 +455,13 @@ impl Live {
         self.put_here(debugger)?;
         self.forget_reports();
         self.goes_on_with_others();
-        let place = self.shown_place(debugger);
-        Ok(format!("the controller is at {place} now and goes on from there"))
+        Ok(past::taken(debugger, self.place))
     }
 
     /// Puts the controller to where the debugger is, on a branch of its own if something else follows
     /// there.
     fn put_here(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
-        let history = debugger.history_mut();
-        if history.is_at_end() {
-            // What was just given takes effect now.
-            let now = history.now();
-            history.run_to(now);
-        } else {
-            let (present, heading) = (history.present(), history.heading());
-            let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
-                || heading != present.branch;
-            if is_new {
-                let name =
-                    format!("from {}", vimc4_device::show_nanos(present.moment.at.as_nanos()));
-                let state = history.device().state();
-                history.fork(name, state);
-            }
-        }
-        history.drain();
+        past::go_on_from_here(debugger.history_mut());
         self.put_state(debugger)?;
         self.place = debugger.place();
         Ok(())

@@ -273,6 +273,50 @@ pub fn part_from_what_happened(debugger: &mut Debugger, live: Place) {
     }
 }
 
+/// The controller itself goes on from the present: on a branch of its own if something else follows there.
+pub fn go_on_from_here(history: &mut History<Wired>) {
+    if history.is_at_end() {
+        // What was just given takes effect now.
+        let now = history.now();
+        history.run_to(now);
+    } else {
+        let (present, heading) = (history.present(), history.heading());
+        let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
+            || heading != present.branch;
+        if is_new {
+            let name = format!("from {}", show_nanos(present.moment.at.as_nanos()));
+            let state = history.device().state();
+            history.fork(name, state);
+        }
+    }
+    history.drain();
+}
+
+/// Where the controller itself is, in a sentence, if something else is looked at.
+#[must_use]
+pub fn elsewhere(debugger: &Debugger, live: Place) -> Option<String> {
+    if debugger.place() == live {
+        return None;
+    }
+    let place = shown(debugger, live);
+    Some(format!(
+        "this is only looked at: the controller itself stays at {place}; `take` takes it here"
+    ))
+}
+
+/// The same where it has been taken to.
+#[must_use]
+pub fn taken(debugger: &Debugger, live: Place) -> String {
+    format!("the controller is at {} now and goes on from there", shown(debugger, live))
+}
+
+/// A place for people.
+fn shown(debugger: &Debugger, Place { branch, moment }: Place) -> String {
+    let mut branches = debugger.history().branches();
+    let name = branches.find(|own| own.id == branch).map(|own| own.name);
+    format!("{} on {}", show_nanos(moment.at.as_nanos()), name.unwrap_or_default())
+}
+
 /// What is known of what comes after the present, worked out.
 pub fn look_ahead(history: &mut History<Wired>, is_given_up: impl Fn() -> bool) {
     let heading = history.heading();

@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 use vimc4_answers::past::{
-    self, Goal, has_come_to, is_on_way, look_ahead, part_from_what_happened,
+    self, Goal, go_on_from_here, has_come_to, is_on_way, look_ahead, part_from_what_happened,
 };
 use vimc4_debug::{Answer as Said, Debugger, Directive};
-use vimc4_device::{Device, Time, show_nanos};
+use vimc4_device::{Device, Time};
 use vimc4_timeline::Place;
 
 use crate::live::{Live, page};
@@ -152,14 +152,7 @@ impl Served {
     /// Where the controller itself is, if something else is looked at.
     pub(crate) fn elsewhere(&mut self) -> Option<String> {
         let live = self.looks.as_ref()?.live;
-        let debugger = self.debugger();
-        if debugger.place() == live {
-            return None;
-        }
-        let place = shown(debugger, live);
-        Some(format!(
-            "this is only looked at: the controller itself stays at {place}; `take` takes it here"
-        ))
+        past::elsewhere(self.debugger(), live)
     }
 
     /// Takes the controller itself to where the debugger is, on a branch of its own if something else
@@ -192,22 +185,10 @@ impl Served {
         history.drain();
         // What clients have not had of the way there they get now.
         self.lead(true);
-        let history = self.debugger().history_mut();
-        if !history.is_at_end() {
-            let (present, heading) = (history.present(), history.heading());
-            let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
-                || heading != present.branch;
-            if is_new {
-                let name = format!("from {}", show_nanos(present.moment.at.as_nanos()));
-                let state = history.device().state();
-                history.fork(name, state);
-            }
-        }
-        history.drain();
+        go_on_from_here(self.debugger().history_mut());
         let here = self.debugger().place();
         self.is_led_to(here);
-        let place = shown(self.debugger(), here);
-        format!("the controller is at {place} now and goes on from there")
+        past::taken(self.debugger(), here)
     }
 
     pub(crate) fn go(&mut self, goal: Goal) -> Result<(), String> {
@@ -258,11 +239,4 @@ impl Served {
         history["view"] = serde_json::to_value(view).unwrap_or_default();
         history
     }
-}
-
-fn shown(debugger: &Debugger, place: Place) -> String {
-    let mut branches = debugger.history().branches();
-    let name = branches.find(|branch| branch.id == place.branch).map(|branch| branch.name);
-    let at = show_nanos(place.moment.at.as_nanos());
-    format!("{at} on {}", name.unwrap_or_default())
 }
