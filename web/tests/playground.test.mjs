@@ -39,6 +39,21 @@ const replayed = async (text) => {
 };
 /** A link to a session. */
 const linked = (...session) => `#1.${deflateRawSync(JSON.stringify(session)).toString("base64url")}`;
+/** What a controller records at a line on which characters take their time. */
+async function paced() {
+  const server = await serve("--line-pacing", "--time", "instant", "--http", "127.0.0.1:0");
+  try {
+    await server.ask("POST", "/controllers/1/recording");
+    for (const line of ["@07", "@0A3000,700,0,900,0,900,0,900", "@0P"]) await server.send(line);
+    await until("it has answered", async () => {
+      const { entries } = await server.ask("GET", "/controllers/1/journal?kinds=answer");
+      return entries.at(-1)?.bytes === "0000BB8000000000000";
+    });
+    return (await fetch(`${server.url}/v1/controllers/1/recording`)).text();
+  } finally {
+    await server.end();
+  }
+}
 const example = (name) => readFile(new URL(`../../examples/${name}`, import.meta.url), "utf8");
 
 for (const name of ["chromium", "firefox"]) {
@@ -380,6 +395,49 @@ for (const name of ["chromium", "firefox"]) {
       await tab.click(".bench button", "Back to the controller");
       await tab.send("@0P");
       await tab.seen(".entry-answer", "0000000000000000000");
+    });
+
+    with_("where the past was left is marked in the conversation, in the language of the page", async (_, opened) => {
+      const tab = await opened();
+      await tab.choose(".clock select", "100x");
+      await tab.send("@07");
+      await tab.send("@0A3000,700,0,900,0,900,0,900");
+      await until("it is there", () => tab.look(() => document.querySelectorAll(".entry-answer").length === 2));
+      for (let i = 0; i < 2; i++) await tab.click(".timeline button", "Previous entry");
+      await tab.seen(".timeline .when", "This is past");
+      await tab.click(".timeline button", "Go on from here");
+      await tab.seen(".entry-left .text", "The controller left this moment and goes on from another one");
+      const others = () => tab.look(() => [...document.querySelectorAll(".entry")].map((row) => row.className).join());
+      const before = await others();
+      await tab.send("@0P");
+      await until("what comes then stands behind it", async () => (await others()).startsWith(before) && (await others()) !== before);
+      await tab.choose('header select[aria-label="Language"]', "de");
+      await tab.seen(".entry-left .text", "Die Steuerung hat diesen Moment verlassen");
+      assert.equal(await tab.attribute(".entry-left .text", "lang"), null);
+    });
+
+    with_("a recording of a line on which characters take their time is gone through, and saved", async (_, opened) => {
+      const tab = await opened();
+      await tab.drop("paced.jsonl", await paced());
+      await tab.seen(".notice", "A recording");
+      await tab.seen(".entry-answer", "0000BB8");
+      const at = () => tab.attribute(".timeline", "data-at");
+      const end = await at();
+      await tab.click(".timeline button", "Previous entry");
+      await tab.seen(".timeline .when", "This is past");
+      await until("it stands earlier", async () => Number(await at()) < Number(end));
+      assert.equal(await tab.look(() => document.querySelector(".bench .share").disabled), true);
+      await tab.click(".timeline button", "Leave the past");
+      await tab.click(".clock button", "Resume");
+      await tab.send("@0P");
+      await until("it has answered", async () => (await tab.look(() => [...document.querySelectorAll(".entry-answer")].length)) === 4);
+      // All of it, with what followed.
+      const saved = await tab.look(() => new Promise((resolve) => {
+        URL.createObjectURL = (blob) => (blob.text().then(resolve), "#");
+        [...document.querySelectorAll(".bench button")].find((one) => one.textContent === "Save a recording").click();
+      }));
+      assert.match(saved, /"line":"paced"/);
+      assert.match(await replayed(saved), /^equal: 4 inputs/m);
     });
 
     with_("a recording that is opened behind another has its own entries, from the first to the last", async (_, opened) => {

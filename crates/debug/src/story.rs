@@ -119,7 +119,7 @@ impl Debugger {
         &mut self,
         around: u64,
     ) -> (Option<CommandNumber>, Vec<(Stamp, Vec<u8>)>) {
-        let (begin, known) = (self.place(), self.known());
+        let (begin, known) = (self.place(), self.history().known());
         let mut present = None;
         let mut seen: VecDeque<(Stamp, Vec<u8>)> = VecDeque::new();
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
@@ -152,9 +152,9 @@ impl Debugger {
             }
         }
         history.go_back_to(begin);
-        history.drain();
         // More may have happened at the last instant.
-        self.forget_beyond(known);
+        history.forget_beyond(known);
+        history.drain();
         (present, seen.into())
     }
 }
