@@ -406,12 +406,14 @@ pub static TABLE: &[Directive] = &[
     Directive {
         name: "why",
         short: Some("y"),
-        arguments: "[answer|error|stop|switch|signal|port|motion]",
+        arguments: "[answer|error|stop|switch|signal|port|motion|fault|rule]",
         about: "what led to this, back to the byte, the button, the rule or the fault",
         more: "Without a word, it explains what happened last.",
         example: "why answer",
         group: Group::Asking,
-        follows: Follows::Words(&["answer", "error", "stop", "switch", "signal", "port", "motion"]),
+        follows: Follows::Words(&[
+            "answer", "error", "stop", "switch", "signal", "port", "motion", "fault", "rule",
+        ]),
     },
     Directive {
         name: "who",

@@ -36,6 +36,10 @@ pub enum About {
     Port,
     /// The motion that was begun last.
     Motion,
+    /// The fault that has struck last.
+    Fault,
+    /// The rule that has done something last, or could not.
+    Rule,
     /// The last event of any kind.
     Anything,
 }
@@ -53,6 +57,8 @@ impl About {
             "signal" => About::Signal,
             "port" => About::Port,
             "motion" => About::Motion,
+            "fault" => About::Fault,
+            "rule" => About::Rule,
             _ => return None,
         })
     }
@@ -67,6 +73,7 @@ impl About {
             About::Signal => Kinds::SIGNAL,
             About::Port => Kinds::PORT,
             About::Motion => Kinds::MOTION,
+            About::Fault | About::Rule => Kinds::FAULT,
             About::Anything => Kinds::ALL,
         }
     }
@@ -88,7 +95,24 @@ impl About {
             About::Signal => matches!(event, Event::Signal { .. }),
             About::Port => matches!(event, Event::Port { .. }),
             About::Motion => matches!(event, Event::Motion(Motion::Begins { .. })),
+            About::Fault => matches!(event, Event::Fault { news: FaultNews::Strikes(_), .. }),
+            About::Rule => matches!(event, Event::Rule { .. }) && is_of_its_own(event),
             About::Anything => true,
+        }
+    }
+
+    /// Why there is nothing to explain.
+    fn none(self) -> &'static str {
+        match self {
+            About::Switch => "no limit switch has been met until now",
+            About::Fault => {
+                "no fault has struck until now; `faults` lists those that there are, and `fault jam x` begins one"
+            }
+            About::Rule => {
+                "no rule has acted until now; `rules` lists those that there are, and `when x > 1000: press stop` \
+                 begins one"
+            }
+            _ => "nothing of that kind has happened until now",
         }
     }
 }
@@ -290,14 +314,14 @@ impl Debugger {
     fn chain(&mut self, about: About, progress: &mut Progress<'_>) -> Result<Chain, DebugError> {
         if about == About::Switch {
             let chain = self.why_switch(progress);
-            return chain.ok_or_else(|| DebugError::new("no limit switch has been met until now"));
+            return chain.ok_or_else(|| DebugError::new(about.none()));
         }
         let mut last = Weighed::default();
         let is_it = |stamp: &Stamp, event: &Event| {
             about.is_about(event) && (about != About::Anything || last.matters(stamp.at, event))
         };
         let Some(told) = self.last_event(about.kinds(), progress, is_it) else {
-            return Err(DebugError::new("nothing of that kind has happened until now"));
+            return Err(DebugError::new(about.none()));
         };
         let mut links = vec![self.link(&told)];
         self.causes(&told, &mut links, progress);

@@ -6,7 +6,7 @@ mod drive;
 
 use drive::{debugger, run};
 use vimc4_catalogue::bare;
-use vimc4_debug::Debugger;
+use vimc4_debug::{Debugger, uninterrupted};
 use vimc4_device::{Input, Line, Ruling, Scenario, ScenarioNumber, show_nanos};
 use vimc4_timeline::History;
 
@@ -124,4 +124,23 @@ fn a_control_code_is_found_that_was_on_its_way() {
     run(&mut debugger, &["send @0P", "send @0P", "continue", "back command"]);
     let chain = why(&mut debugger, "why");
     assert!(chain.last().unwrap().ends_with("@0P came over the line"), "{chain:#?}");
+}
+
+#[test]
+fn what_a_fault_or_a_rule_did_last_is_asked_for_by_that_word() {
+    let mut debugger = debugger("imc4", "bench");
+    for (line, lists) in [("why fault", "`faults`"), ("why rule", "`rules`")] {
+        let none = debugger.execute(line, &mut uninterrupted).unwrap_err().to_string();
+        assert!(none.contains(lists), "{none}");
+    }
+    run(&mut debugger, &["when x > 700: fault drop to-host once", "send @01", "continue"]);
+    // What has only begun has not struck.
+    assert!(debugger.execute("why fault", &mut uninterrupted).is_err());
+    run(&mut debugger, &["send @0A1000,1000", "continue", "send @0P", "continue"]);
+    let rule = why(&mut debugger, "why rule");
+    assert!(rule[0].ends_with("rule 1 acts: fault drop to-host once"), "{rule:#?}");
+    assert_eq!(rule[1], "0ms  rule 1 was begun: when x > 700: fault drop to-host once");
+    let fault = why(&mut debugger, "why fault");
+    assert!(fault[0].contains("fault 1 ") && fault[0].contains("0"), "{fault:#?}");
+    assert_eq!(fault[1..], rule, "{fault:#?}");
 }
