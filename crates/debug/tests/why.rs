@@ -144,3 +144,33 @@ fn what_a_fault_or_a_rule_did_last_is_asked_for_by_that_word() {
     assert!(fault[0].contains("fault 1 ") && fault[0].contains("0"), "{fault:#?}");
     assert_eq!(fault[1..], rule, "{fault:#?}");
 }
+
+#[test]
+fn a_jam_is_told_when_it_begins_to_hold_a_motor() {
+    let isel = ("imc4", ["send @03", "send @0A1000,1000,0,1000", "send @0A500,500,500,500"]);
+    let lpkf = ("smcu", ["send PR1000,0;", "send PR0,0;", "send PR500,500;"]);
+    for (model, [first, still, both]) in [isel, lpkf] {
+        let mut debugger = debugger(model, "bench");
+        let told = |debugger: &mut Debugger| {
+            let chain = why(debugger, "why fault");
+            let (at, what) = chain[0].split_once("  ").unwrap();
+            (at.to_owned(), what.to_owned())
+        };
+        // In the middle of a motion, once, and not again at its end.
+        run(&mut debugger, &[first, "continue 100ms", "fault jam x for 200ms", "step event"]);
+        let jammed = ("100ms".to_owned(), "fault 1 makes the motor of X stand".to_owned());
+        assert_eq!(told(&mut debugger), jammed, "{model}");
+        run(&mut debugger, &["continue"]);
+        assert_eq!(told(&mut debugger), jammed, "{model}");
+        let counted = run(&mut debugger, &["faults"]).to_string();
+        assert!(counted.contains("struck once"), "{model}: {counted}");
+        // Of one that was there before a motion it is told when that begins, if it moves the axis.
+        run(&mut debugger, &["fault jam y", still, "continue"]);
+        assert_eq!(told(&mut debugger), jammed, "{model}");
+        run(&mut debugger, &[both, "step segment", "step cause"]);
+        let chain = why(&mut debugger, "why fault");
+        assert!(chain[0].ends_with("fault 2 makes the motor of Y stand"), "{model}: {chain:#?}");
+        let begun = debugger.executing().unwrap().began;
+        assert_eq!(told(&mut debugger).0, show_nanos(begun.as_nanos()), "{model}");
+    }
+}

@@ -97,19 +97,15 @@ impl Firmware {
     fn change_machine(&mut self, change: impl FnOnce(&mut Plant)) {
         let (now, before) = (self.state.now, self.limits());
         let signs = self.state.carriage_signs();
-        let mut followed = None;
         if let Some(Running { segment, began }) = self.state.running() {
             let steps = segment.profile.steps_at(now.nanos_since(began));
             let segment = segment.clone();
             let way = Way { path: &segment.path, signs: &signs };
-            followed = Some(self.state.plant.advance(&way, steps));
-            change(&mut self.state.plant);
-            self.state.plant.goes_on(&segment, steps);
+            let (followed, jams) = self.state.plant.changes(&way, &segment, steps, change);
+            self.warn_of_losses(&followed, [false; AXES]);
+            jams.into_iter().for_each(|(axis, number)| self.stands(axis, number));
         } else {
             change(&mut self.state.plant);
-        }
-        if let Some(followed) = followed {
-            self.warn_of_losses(&followed, [false; AXES]);
         }
         self.machine_changed(before);
     }

@@ -1,7 +1,8 @@
 //! Moves: from a command to segments, and from segment to segment.
 
 use vimc4_device::{
-    AXES as PLACES, Event, Kinds, Loss, MachineStrike, Motion, Point, StopCause, Warning,
+    AXES as PLACES, Event, FaultNumber, Kinds, Loss, MachineStrike, Motion, Point, StopCause,
+    Warning,
 };
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
@@ -248,7 +249,7 @@ impl Firmware {
             if how == Loss::Stalled
                 && let Some(number) = followed.because[axis]
             {
-                self.strikes(number, MachineStrike::Stands(axis as u8, name.to_owned()));
+                self.stands(axis, number);
             }
             if self.wants(Kinds::WARNING) {
                 let machine = self.state.plant.machine();
@@ -276,5 +277,14 @@ impl Firmware {
             let segment = Box::new(segment.clone());
             self.emit(Event::Motion(Motion::Begins { origin: self.state.position, segment }));
         }
+        for (axis, number) in self.state.plant.jams(segment, 0) {
+            self.stands(axis, number);
+        }
+    }
+
+    /// A fault lets the motor of an axis stand.
+    pub(crate) fn stands(&mut self, axis: usize, number: FaultNumber) {
+        let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").to_owned();
+        self.strikes(number, MachineStrike::Stands(axis as u8, name));
     }
 }

@@ -301,7 +301,9 @@ impl Controller {
                     let segment = Box::new(moving.segment.clone());
                     Event::Motion(Motion::Begins { origin, segment })
                 });
+                let jams = self.state.plant.jams(&moving.segment, 0);
                 self.state.set_activity(Activity::Moving(moving));
+                jams.into_iter().for_each(|(axis, fault)| self.stands(axis, fault));
             }
             Some(Ok(Begun::Pause(pause, until))) => {
                 self.state.set_activity(Activity::Waiting(pause, until));
@@ -351,7 +353,7 @@ impl Controller {
             let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis));
             let how = if stood { Loss::Stalled } else { Loss::AtEnd };
             if stood && let Some(fault) = followed.because[axis] {
-                self.strikes(fault, MachineStrike::Stands(axis as u8, name.to_owned()));
+                self.stands(axis, fault);
             }
             let warning = self.state.plant.machine().steps_lost(axis, name, -steps, how);
             self.warn(number, warning);
@@ -512,6 +514,12 @@ impl Controller {
         }
     }
 
+    /// A fault lets the motor of an axis stand.
+    fn stands(&mut self, axis: usize, fault: FaultNumber) {
+        let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis)).to_owned();
+        self.strikes(fault, MachineStrike::Stands(axis as u8, name));
+    }
+
     fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
         self.emit(None, Kinds::FAULT, || {
             let news = FaultNews::Strikes(Strike::Machine(strike));
@@ -540,8 +548,9 @@ impl Controller {
     /// Changes the machine, with the axes where they are now.
     fn change_machine(&mut self, change: impl FnOnce(&mut Plant)) {
         let before = self.state.pressed_now();
-        if let Some(followed) = self.state.change_machine(change) {
+        if let Some((followed, jams)) = self.state.change_machine(change) {
             self.warn_of_losses(&followed);
+            jams.into_iter().for_each(|(axis, fault)| self.stands(axis, fault));
         }
         self.machine_changed(&before);
     }

@@ -1,7 +1,7 @@
 //! Faults of the machine: changing it at the present positions, and finding what has changed.
 
 use vimc4_device::{AXES, Running};
-use vimc4_plant::{Contact, End, Followed, Plant, Way};
+use vimc4_plant::{Contact, End, Followed, Jams, Plant, Way};
 
 use crate::language::Axis;
 use crate::state::State;
@@ -13,9 +13,12 @@ pub(crate) type Limits = [[bool; 2]; AXES];
 const ENDS: [End; 2] = [End::Negative, End::Positive];
 
 impl State {
-    /// Changes the machine, with the axes where they are now. Returns how they have followed up to now,
-    /// if they move.
-    pub(crate) fn change_machine(&mut self, change: impl FnOnce(&mut Plant)) -> Option<Followed> {
+    /// Changes the machine, with the axes where they are now. Returns how they have followed up to now, if
+    /// they move, and the jams that have come.
+    pub(crate) fn change_machine(
+        &mut self,
+        change: impl FnOnce(&mut Plant),
+    ) -> Option<(Followed, Jams)> {
         let signs = self.carriage_signs();
         let Some(Running { segment, began }) = self.running() else {
             change(&mut self.plant);
@@ -23,10 +26,8 @@ impl State {
         };
         let steps = segment.profile.steps_at(self.now.nanos_since(began));
         let segment = segment.clone();
-        let followed = self.plant.advance(&Way { path: &segment.path, signs: &signs }, steps);
-        change(&mut self.plant);
-        self.plant.goes_on(&segment, steps);
-        Some(followed)
+        let way = Way { path: &segment.path, signs: &signs };
+        Some(self.plant.changes(&way, &segment, steps, change))
     }
 
     /// What a bouncing contact does now.

@@ -128,17 +128,19 @@ impl Faults {
         })
     }
 
-    pub(crate) fn is_jammed(&self, axis: usize) -> bool {
-        self.mishaps().any(|mishap| matches!(mishap, Mishap::Jam(of) if usize::from(*of) == axis))
+    /// The fault that blocks the motor of an axis.
+    pub(crate) fn jam(&self, axis: usize) -> Option<FaultNumber> {
+        self.last(|mishap| matches!(mishap, Mishap::Jam(of) if usize::from(*of) == axis))
     }
 
-    /// The fault that blocks the motor of an axis.
-    pub(crate) fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
-        let makes = |mishap: &Mishap| match mishap {
-            Mishap::Jam(of) | Mishap::Load { axis: of, .. } => usize::from(*of) == axis,
-            _ => false,
-        };
-        self.list.iter().rev().find(|fault| makes(&fault.mishap)).map(|fault| fault.number)
+    /// The fault that loads the motor of an axis, if nothing blocks it.
+    pub(crate) fn stalls(&self, axis: usize) -> Option<FaultNumber> {
+        let loads = |mishap: &Mishap| matches!(mishap, Mishap::Load { axis: of, .. } if usize::from(*of) == axis);
+        self.last(loads).filter(|_| self.jam(axis).is_none())
+    }
+
+    fn last(&self, is_it: impl Fn(&Mishap) -> bool) -> Option<FaultNumber> {
+        self.list.iter().rev().find(|fault| is_it(&fault.mishap)).map(|fault| fault.number)
     }
 
     // --- held signals ---

@@ -18,7 +18,7 @@ pub use job::{
     Accessory, Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up,
 };
 pub use machine::{Axes, Axis, End, Machine, Measure, Motor, Reference, Unit};
-pub use plant::{Contact, Followed, Panel, Plant};
+pub use plant::{Contact, Followed, Jams, Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile, profile_text};
 pub use signal::PlantSignal;
 pub use slide::{Slide, Way};

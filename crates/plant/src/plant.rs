@@ -92,7 +92,7 @@ pub struct Followed {
     pub lost: Point,
     /// Whether the motor stalled.
     pub stood: [bool; AXES],
-    /// The fault that made it stall, if one did.
+    /// The load that made it stall, if one did; a [jam](Plant::jams) is known before.
     pub because: [Option<FaultNumber>; AXES],
 }
 
@@ -106,6 +106,9 @@ pub enum Contact {
     /// A signal takes a level.
     Signal(PlantSignal, bool),
 }
+
+/// Axes whose motors cannot turn, and the faults because of which.
+pub type Jams = Vec<(usize, FaultNumber)>;
 
 /// What is known of the running motion besides its segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -401,12 +404,47 @@ impl Plant {
 
     /// After how many clock steps of a segment, at least `from`, the motor of an axis stalls.
     fn stands(&self, axis: usize, segment: &Segment, from: u64) -> Option<u64> {
-        if !self.faults.is_empty() && self.faults.is_jammed(axis) {
+        if !self.faults.is_empty() && self.faults.jam(axis).is_some() {
             return Some(from);
         }
         let motor = self.machine.axis(axis).motor.as_ref()?;
         let load = motor.load.saturating_add(self.faults.load(axis));
         segment.exceeds(axis, from, &Pull { curve: &motor.pull, start: motor.start, load })
+    }
+
+    /// The machine changes after this many clock steps of a way. Returns how the carriages have followed up to
+    /// now, and the [jams](Plant::jams) that have come.
+    pub fn changes(
+        &mut self,
+        way: &Way<'_>,
+        segment: &Segment,
+        made: u64,
+        change: impl FnOnce(&mut Plant),
+    ) -> (Followed, Jams) {
+        let followed = self.advance(way, made);
+        change(self);
+        let before = self.under_way.stands;
+        self.goes_on(segment, made);
+        let mut jams = self.jams(segment, made);
+        jams.retain(|(axis, _)| before[*axis].is_none_or(|stands| stands > made));
+        (followed, jams)
+    }
+
+    /// The jams because of which motors stand from a clock step of a motion on, though it still moves their
+    /// axes: axis and fault. Where a motor stalls later because of a load only the end of the motion tells.
+    #[must_use]
+    pub fn jams(&self, segment: &Segment, from: u64) -> Jams {
+        if self.faults.is_empty() {
+            return Jams::new();
+        }
+        let jammed = (0..AXES).filter_map(|axis| Some((axis, self.faults.jam(axis)?)));
+        let mut jams: Jams = jammed.collect();
+        if !jams.is_empty() {
+            let rest = segment.path.after(from);
+            let (low, high) = rest.extent(rest.length());
+            jams.retain(|(axis, _)| low[*axis] != high[*axis]);
+        }
+        jams
     }
 
     /// The carriages have followed the counters for this many steps of a way, which ends there.
@@ -446,7 +484,7 @@ impl Plant {
         }
         self.under_way.walked = steps;
         let because = std::array::from_fn(|axis| {
-            (stood[axis] && !self.faults.is_empty()).then(|| self.faults.makes_stand(axis))?
+            (stood[axis] && !self.faults.is_empty()).then(|| self.faults.stalls(axis))?
         });
         Followed { lost, stood, because }
     }
