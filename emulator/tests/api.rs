@@ -534,6 +534,7 @@ fn remedies_can_be_followed() -> Outcome {
         ("/debugger", line("goto n"), "`marks` and `branches` list"),
         ("/debugger", line("goto command 99"), "`list commands` shows"),
         ("/debugger", line("continue soon"), "a span of time is such as"),
+        ("/debugger", line("assert x = 77"), "the line `help assert` explains it"),
         ("/history/go", json!({ "command": 999_999 }), "the journal has"),
         ("/history/go", json!({ "command": 0 }), "the journal has"),
         ("/history/do", json!({ "order": "foo" }), "GET the orders, which lists them"),

@@ -1,21 +1,33 @@
 //! The past of a controller, as it is asked for and answered.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU64;
 
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_control::{Report, Sink, What};
-use vimc4_debug::{Debugger, NUMBERED, Wired};
+use vimc4_debug::{DebugError, Debugger, Directive, Remedy, Wired};
 use vimc4_device::{
-    Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape, show_nanos,
+    CommandNumber, Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape,
+    show_nanos,
 };
-use vimc4_timeline::{BranchId, History, Moment, Place};
+use vimc4_timeline::{BranchId, History, Moment, Place, Progress};
 
 use crate::fields::{bytes_of, no_such};
 use crate::problem::{Kind, Problem};
 
-/// The remedy of a line of the debugger that says none itself.
-pub const DEBUGGER_REMEDY: &str = "the line `help` lists all";
+/// The remedy of a line of the debugger whose refusal says none itself.
+#[must_use]
+pub fn line_remedy(line: &str) -> String {
+    match Directive::named(line.split_whitespace().next().unwrap_or_default()) {
+        Some(directive) => format!("the line `help {}` explains it", directive.name),
+        None => "the line `help` lists all".to_owned(),
+    }
+}
+
+/// The remedy of a look at the past that says none itself.
+pub const PAST_REMEDY: &str =
+    "GET the history, which tells the moments and the branches that there are";
 
 /// So far ahead is worked out what would come of something that is done in the past.
 const AHEAD: u64 = 60_000_000_000;
@@ -70,10 +82,40 @@ pub fn goal(
     })
 }
 
-/// Why a command could not be looked at, for whoever has the journal at hand, and no lines.
+/// Looks at where a command began.
+///
+/// # Errors
+///
+/// If it never does on the way of the present; for whoever has the journal at hand, and no lines.
+pub fn look_at_command(
+    debugger: &mut Debugger,
+    number: u64,
+    progress: &mut Progress<'_>,
+) -> Result<(), String> {
+    let number = command(number)?;
+    debugger.go_to_command(number, progress).map(drop).map_err(|error| in_requests(&error))
+}
+
+/// The command of a number.
+///
+/// # Errors
+///
+/// If no command has it.
+pub fn command(number: u64) -> Result<CommandNumber, String> {
+    let number = NonZeroU64::new(number).map(CommandNumber);
+    number.ok_or_else(|| "there is no command 0; the journal has their numbers".to_owned())
+}
+
+/// Why the debugger has refused something, for those who send requests and no lines.
 #[must_use]
-pub fn no_command(why: &str) -> String {
-    why.replace(NUMBERED, "the journal has their numbers")
+pub fn in_requests(error: &DebugError) -> String {
+    error.worded(|remedy| {
+        let remedy = match remedy {
+            Remedy::Help => "GET the orders, which lists them",
+            Remedy::Numbers => "the journal has their numbers",
+        };
+        remedy.to_owned()
+    })
 }
 
 /// The moment that a client sees, which it means: its branch and its time, as far as it says them.

@@ -14,7 +14,7 @@ use tokio::time::timeout;
 use vimc4::{Control, ControlError, Names, Sink, Time};
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::HISTORY;
-use vimc4_answers::past::{DEBUGGER_REMEDY, Goal, Sight};
+use vimc4_answers::past::{Goal, PAST_REMEDY, Sight, line_remedy};
 use vimc4_answers::problem::{Kind, Problem};
 
 use crate::holding::{Ends, Holding};
@@ -101,7 +101,7 @@ pub(crate) enum Question {
 type Said = Result<String, Problem>;
 
 fn wrong(why: String) -> Problem {
-    Problem::said(Kind::NotUnderstood, &why, DEBUGGER_REMEDY)
+    Problem::said(Kind::NotUnderstood, &why, PAST_REMEDY)
 }
 
 /// What a debugger says to it.
@@ -109,6 +109,7 @@ fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
     match question {
         Question::View => return Ok(debugger.view().to_string()),
         Question::Line(line) => {
+            let wrong = |why: String| Problem::said(Kind::NotUnderstood, &why, &line_remedy(&line));
             let text = debugger.carry_out(&line).map_err(wrong)?;
             return Ok(json!({ "text": text }).to_string());
         }

@@ -57,4 +57,4 @@ pub use guard::Token;
 pub use past::{Memory, Past};
 pub use server::{Place, Server, ServerError};
 pub use vimc4_answers::entry::KINDS;
-pub use vimc4_answers::past::{DEBUGGER_REMEDY, Goal};
+pub use vimc4_answers::past::{Goal, line_remedy};

@@ -11,9 +11,6 @@ pub struct DebugError {
     failed: bool,
 }
 
-/// Where the numbers of commands are, for those who type lines.
-pub const NUMBERED: &str = "`list commands` shows some with their numbers";
-
 /// What lists what there is, where that would be right. Those who type lines have it as a line; who asks in
 /// another way has another way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +26,7 @@ impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Remedy::Help => "`help` lists them",
-            Remedy::Numbers => NUMBERED,
+            Remedy::Numbers => "`list commands` shows some with their numbers",
         })
     }
 }

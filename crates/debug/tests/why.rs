@@ -147,8 +147,11 @@ fn what_a_fault_or_a_rule_did_last_is_asked_for_by_that_word() {
 
 #[test]
 fn a_jam_is_told_when_it_begins_to_hold_a_motor() {
-    let isel = ("imc4", ["send @03", "send @0A1000,1000,0,1000", "send @0A500,500,500,500"]);
-    let lpkf = ("smcu", ["send PR1000,0;", "send PR0,0;", "send PR500,500;"]);
+    let isel = (
+        "imc4",
+        ["send @03\\r@0A1000,1000,0,1000", "send @0A100,1000,0,1000", "send @0A500,500,500,500"],
+    );
+    let lpkf = ("smcu", ["send PR1000,0;", "send PR100,0;", "send PR500,500;"]);
     for (model, [first, still, both]) in [isel, lpkf] {
         let mut debugger = debugger(model, "bench");
         let told = |debugger: &mut Debugger| {
@@ -167,7 +170,7 @@ fn a_jam_is_told_when_it_begins_to_hold_a_motor() {
         // Of one that was there before a motion it is told when that begins, if it moves the axis.
         run(&mut debugger, &["fault jam y", still, "continue"]);
         assert_eq!(told(&mut debugger), jammed, "{model}");
-        run(&mut debugger, &[both, "step segment", "step cause"]);
+        run(&mut debugger, &[both, "step segment"]);
         let chain = why(&mut debugger, "why fault");
         assert!(chain[0].ends_with("fault 2 makes the motor of Y stand"), "{model}: {chain:#?}");
         let begun = debugger.executing().unwrap().began;

@@ -1,5 +1,7 @@
 //! A walk through the past of a controller, which waits meanwhile.
 
+use std::ops::ControlFlow;
+
 use serde_json::Value;
 use vimc4_answers::past::{
     self, Goal, go_on_from_here, has_come_to, is_on_way, look_ahead, part_from_what_happened,
@@ -14,6 +16,15 @@ use crate::served::Served;
 
 /// How often a walk of the debugger asks whether it is to go on, at most: then it stops where it stands.
 const PATIENCE: u32 = 20_000;
+
+/// Goes on as long as somebody may wait for it.
+fn patience() -> impl FnMut(Time) -> ControlFlow<()> {
+    let mut left = PATIENCE;
+    move |_| {
+        left = left.saturating_sub(1);
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
 
 impl Served {
     pub(crate) fn debugger(&mut self) -> &mut Debugger {
@@ -124,15 +135,8 @@ impl Served {
         let live = self.looks.as_ref().map(|looks| looks.live);
         let was_live = live == Some(self.debugger().place());
         let branches = self.debugger().history().branches().count();
-        let mut left = PATIENCE;
-        let mut progress = |_: Time| {
-            left -= 1;
-            match left {
-                0 => std::ops::ControlFlow::Break(()),
-                _ => std::ops::ControlFlow::Continue(()),
-            }
-        };
-        let answer = self.debugger().execute(line, &mut progress).map_err(|why| why.to_string())?;
+        let answer = self.debugger().execute(line, &mut patience());
+        let answer = answer.map_err(|why| why.to_string())?;
         let has_parted = self.debugger().history().branches().count() > branches;
         if let Said::Quit = answer {
             return Ok(String::new());
@@ -202,8 +206,8 @@ impl Served {
             Goal::End(branch) => past::look_at(self.debugger(), Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(self.debugger(), branch, Some(at))?,
             Goal::Command(number) => {
-                let led = self.carry_out(&format!("goto command {number}"));
-                led.map_err(|why| past::no_command(&why))?;
+                past::look_at_command(self.debugger(), number, &mut patience())?;
+                self.lead(false);
             }
         }
         Ok(())

@@ -1,7 +1,6 @@
 //! The debugger behind the control API: a session of the console whose lines come by requests, with the
 //! past of the controller since the server began.
 
-use std::num::NonZeroU64;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,8 +8,8 @@ use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
-use vimc4_debug::{Remedy, Wired, uninterrupted};
-use vimc4_device::{CommandNumber, Device, Kinds};
+use vimc4_debug::{Wired, uninterrupted};
+use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
 use crate::console::session::{Cancel, Outcome, Session, Wrong};
@@ -134,12 +133,9 @@ impl Debugging for Console {
             Goal::End(branch) => past::look_at(&mut self.session.debugger, Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
             Goal::Command(number) => {
-                let number = NonZeroU64::new(number).map(CommandNumber);
-                let number =
-                    number.ok_or("there is no command 0; the journal has their numbers")?;
+                let number = past::command(number)?;
                 let led = self.session.go_to_command(number).map_err(|Wrong(why)| why)?;
-                // Who asks this way has the journal at hand, and no lines.
-                led.map_err(|error| error.worded(|remedy| in_requests(remedy).to_owned()))?;
+                led.map_err(|error| past::in_requests(&error))?;
             }
         }
         self.history_mut().drain();
@@ -173,14 +169,6 @@ impl Debugging for Console {
 
     fn is_over(&self) -> bool {
         self.is_over
-    }
-}
-
-/// A remedy for those who send no lines.
-fn in_requests(remedy: Remedy) -> &'static str {
-    match remedy {
-        Remedy::Help => "GET the orders, which lists them",
-        Remedy::Numbers => "the journal has their numbers",
     }
 }
 

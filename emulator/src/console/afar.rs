@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use vimc4_api::DEBUGGER_REMEDY;
+use vimc4_api::line_remedy;
 use vimc4_debug::{Candidate, Completion, Directive, TABLE};
 
 use super::interrupts;
@@ -268,7 +268,7 @@ impl Console for Afar {
         let answer = self.client.post(&self.path("/debugger"), json!({ "line": line }));
         let answer = answer.map_err(|trouble| match trouble {
             // A console here says no remedy there, either.
-            Trouble::Refused(problem) if part(&problem, "remedy") == DEBUGGER_REMEDY => {
+            Trouble::Refused(problem) if part(&problem, "remedy") == line_remedy(line) => {
                 Wrong::new(part(&problem, "detail"))
             }
             trouble => Wrong(trouble.text()),
