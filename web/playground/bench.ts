@@ -1,18 +1,20 @@
 // What runs in the page: which controller and machine, files that are opened, and the link to a moment.
 import { Problem } from "../src/api";
-import type { App, Part } from "../src/app";
+import { reason, type App, type Part } from "../src/app";
 import { h, mark, put } from "../src/dom";
 import { read } from "../src/film";
 import type { Machine } from "../src/machine";
-import { keep, kindOf, textOf } from "./files";
+import { keep, kindOf, textOf, Unread } from "./files";
 import type { Here } from "./here";
 import { written } from "./link";
 import type { Told } from "./session";
 import { Work, type Piece } from "./work";
-import { tell } from "./words";
+import { tell, type Word } from "./words";
 
 /** Longer addresses are cut by some programs. */
 const LONG = 8_000;
+/** The status of what only the rest of the page can do, which did not come. */
+const LATE = 503;
 
 /** What is shown of it, whatever language the page is in. */
 export class Bench {
@@ -23,6 +25,8 @@ export class Bench {
   /** A recording is open, which is too much for a link. */
   isOpened = false;
   told: Pick<Told, "model" | "machine"> = { model: "imc4", machine: "mill" };
+  /** What was chosen. It is not there yet where the rest of the page is waited for, or did not come. */
+  wanted = this.told;
   /** A file begins to be carried out. */
   onWork: () => void = () => {};
   /** Another controller has taken the place of the one that was there. */
@@ -72,9 +76,13 @@ export class Bench {
   /** Another session takes the place of the one that is there; returns its turn. */
   async begin(told: Told): Promise<number> {
     const { app } = this;
-    const { refused } = await this.replace<{ refused: string[] }>("/session", told);
+    const wanted = (this.wanted = { model: told.model, machine: told.machine });
+    const { refused } = await this.replace<{ refused: string[] }>("/session", told).catch((error) => {
+      if (this.wanted === wanted) this.wanted = this.told;
+      throw error;
+    });
     const { turn } = this;
-    this.told = { model: told.model, machine: told.machine };
+    this.told = wanted;
     this.isOpened = false;
     if (app.film) app.unplay();
     await this.here.meet();
@@ -85,32 +93,41 @@ export class Bench {
   }
 
   async choose(change: Partial<Pick<Told, "model" | "machine">>): Promise<void> {
-    this.app.onNoticeOver();
+    const { app } = this;
+    app.onNoticeOver();
+    const wanted = { ...this.wanted, ...change };
     try {
-      await this.begin({ ...this.told, ...change, deeds: [], at: 0 });
+      await this.begin({ ...wanted, deeds: [], at: 0 });
       history.replaceState(null, "", location.pathname + location.search);
     } catch (error) {
-      this.app.say(error);
+      if (!(error instanceof Problem) || error.status !== LATE) return app.say(error);
+      // It stays chosen, so that it can be begun when the rest of the page can be had.
+      if (this.wanted === this.told) this.wanted = wanted;
+      app.onNotice(reason(error), true, false, `${wanted.model} ${tell("needsRest")}`);
+      app.changed();
     }
   }
 
   /** Opens a file, for the controller that is there; or for that which was there at a `turn`. */
   async open(name: string, file: Blob, turn = this.turn): Promise<void> {
     const { app } = this;
+    const refuse = (why: Word) => app.onNotice(`${name}: ${tell(why)}`, true, true);
     try {
       const { text, isTorn } = await textOf(file);
       const kind = kindOf(name, text);
       // What was said was said of something else.
       app.onNoticeOver();
+      if (isTorn && !text.includes("\n")) return refuse("tornHead");
+      if (text.trim() === "") return refuse("emptyFile");
       // Half a job is none.
-      if (isTorn && kind !== "recording") return app.onNotice(`${name}: ${tell("torn")}`, true);
-      if (kind === "unknown") return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
+      if (isTorn && kind !== "recording") return refuse("tornFile");
+      if (kind === "unknown") return refuse("unknownFile");
       if (kind === "film") {
         // As what is in a template nothing of that page is carried out, its style neither.
         const page = h("template");
         page.innerHTML = text;
         const film = await read(page.content);
-        if (!film) return app.onNotice(`${name}: ${tell("unknownFile")}`, true);
+        if (!film) return refuse("unknownFile");
         return app.play(film);
       }
       if (kind === "recording") {
@@ -119,7 +136,7 @@ export class Bench {
         if (app.film) app.unplay();
         await this.here.meet();
         const missing = isTorn || torn !== null ? tell("torn") : is_whole ? "" : tell("endless");
-        return app.onNotice(`${name}: ${tell("recordingOpen")} ${missing}`.trim(), missing !== "");
+        return app.onNotice(`${name}: ${tell("recordingOpen")} ${missing}`.trim(), missing !== "", true);
       }
       if (app.film) {
         app.unplay();
@@ -136,6 +153,7 @@ export class Bench {
       this.onWork();
     } catch (error) {
       if (error instanceof Problem) app.say(error);
+      else if (error instanceof Unread) app.onNotice(`${name}: ${error.message}`, true, true);
       else app.onNotice(`${name}: ${error instanceof Error ? error.message : String(error)}`, true);
     }
   }
@@ -224,9 +242,9 @@ export function benchPart(bench: Bench, more: { tours: [string, string][]; take:
   return {
     element,
     show(_: Machine) {
-      const { work, told } = bench;
-      if (document.activeElement !== model) model.value = told.model;
-      if (document.activeElement !== machine) machine.value = told.machine;
+      const { work, wanted } = bench;
+      if (document.activeElement !== model) model.value = wanted.model;
+      if (document.activeElement !== machine) machine.value = wanted.machine;
       back.hidden = app.film === undefined;
       share.disabled = app.film !== undefined || bench.isOpened;
       const states = {

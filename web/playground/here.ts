@@ -9,6 +9,9 @@ export class Here implements Source {
   private readonly worker = new Worker("worker.js", { type: "module" });
   private readonly waiting = new Map<number, { resolve: (answer: Answer) => void; reject: (error: Error) => void }>();
   private last = 0;
+  private hasAnswered = false;
+  /** Why nothing is ever answered: the worker has not begun. */
+  private why: Error | null = null;
   private listener: Listener | null = null;
 
   constructor() {
@@ -24,6 +27,7 @@ export class Here implements Source {
         }
         return;
       }
+      this.hasAnswered = true;
       const asked = this.waiting.get(data.id);
       this.waiting.delete(data.id);
       if (data.error) asked?.reject(new Error(data.error));
@@ -31,13 +35,17 @@ export class Here implements Source {
     };
     // It has not begun, or has ended: whoever waits is not left to wait.
     this.worker.onerror = (event) => {
-      for (const { reject } of this.waiting.values()) reject(new Error(event.message));
+      // Of a script that did not come nothing else is said.
+      const why = new Error(event.message || "worker.js did not come");
+      if (!this.hasAnswered) this.why = why;
+      for (const { reject } of this.waiting.values()) reject(why);
       this.waiting.clear();
       this.listener?.connected(false);
     };
   }
 
   ask(method: string, path: string, body?: unknown): Promise<Answer> {
+    if (this.why) return Promise.reject(this.why);
     const id = ++this.last;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });

@@ -38,9 +38,13 @@ function isDeed(one: unknown): one is Deed {
 /** A link that is of another edition of this page. */
 export class OfAnother extends Error {}
 
-/** The session of a fragment; `null` if it has none. */
+/** What is no link to a moment at all. */
+export class NoLink extends Error {}
+
+/** The session of a fragment; `null` if there is none, or only the name of a part of the page. */
 export async function read(fragment: string): Promise<Told | null> {
-  if (!/^#\d+\./.test(fragment)) return null;
+  if (fragment.length < 2 || document.getElementById(fragment.slice(1))) return null;
+  if (!/^#\d+\./.test(fragment)) throw new NoLink("no link");
   if (!fragment.startsWith(MARK)) throw new OfAnother("of another version");
   const letters = fragment.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/");
   const bytes = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));

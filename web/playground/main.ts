@@ -7,7 +7,7 @@ import { inLanguage } from "../src/words";
 import { Bench, benchPart, takeDrops } from "./bench";
 import { Edition } from "./edition";
 import { Here } from "./here";
-import { OfAnother, read } from "./link";
+import { NoLink, OfAnother, read } from "./link";
 import { Beside, give, serialPart } from "./serial";
 import { Taken, tourPart } from "./tour";
 import { TOURS } from "./tours";
@@ -63,13 +63,20 @@ async function follow(instead: Word): Promise<boolean> {
   } catch (error) {
     // Why it could not be carried out is said in English.
     if (error instanceof Problem) app.onNotice(reason(error), true, false, `${tell("linkFailed")} ${tell(instead)}`);
-    else app.onNotice(`${tell(error instanceof OfAnother ? "linkOther" : "linkTorn")} ${tell(instead)}`, true, true);
+    else {
+      const what = error instanceof NoLink ? "noLink" : error instanceof OfAnother ? "linkOther" : "linkTorn";
+      app.onNotice(`${tell(what)} ${tell(instead)}`, true, true);
+    }
     return false;
   }
 }
 
+/** The controllers have not begun, and will not. */
+let isBroken = false;
+const where = (): Word => (isBroken ? "broken" : !app.isConnected ? "loading" : here.isWaiting ? "coming" : "here");
+
 show(app, {
-  where: () => `${tell(here.isWaiting ? "coming" : "here")}${edition.isOld ? `; ${tell("newEdition")}` : ""}`,
+  where: () => `${tell(where())}${edition.isOld ? `; ${tell("newEdition")}` : ""}`,
   foot: () => [new Text(`${tell("private")} · `), (tellKept(), kept), h("a", { href: "licences.txt" }, tell("licences"))],
   above: () => {
     const real = serialPart(app, beside);
@@ -86,7 +93,9 @@ try {
   if (!await follow("begunAnew")) await bench.begin({ ...bench.told, deeds: [], at: 0 });
   app.start();
 } catch (error) {
-  app.onNotice(`${tell("broken")}: ${error instanceof Error ? error.message : String(error)}`, true);
+  isBroken = true;
+  app.onNotice(reason(error), true, false, tell("loadAgain"));
+  app.changed();
 }
 takeDrops(bench);
 addEventListener("hashchange", () => void follow("unchanged"));

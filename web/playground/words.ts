@@ -22,6 +22,7 @@ const TABLE = {
   linkOther: ["This link is of another edition of this page.", "Dieser Link ist von einer anderen Ausgabe dieser Seite."],
   linkFailed: ["This link could not be carried out.", "Dieser Link ließ sich nicht ausführen."],
   begunAnew: ["A new session has begun.", "Eine neue Sitzung hat begonnen."],
+  noLink: ["What stands behind the # of this address is no link to a moment.", "Was hinter dem # dieser Adresse steht, ist kein Link zu einem Moment."],
   unchanged: ["Nothing has changed.", "Nichts hat sich geändert."],
   coming: ["waits for the rest of this page …", "wartet auf den Rest dieser Seite …"],
   lineErrors: [
@@ -44,6 +45,11 @@ const TABLE = {
   givenUp: ["has been given up: another controller was chosen meanwhile", "ist aufgegeben: Inzwischen wurde eine andere Steuerung gewählt"],
   tooLarge: ["Larger than what this page reads:", "Größer als das, was diese Seite liest:"],
   torn: ["It was torn off: what comes behind is missing.", "Sie bricht ab: Was danach kommt, fehlt."],
+  tornFile: ["It was torn off: it is not opened.", "Sie bricht ab: Sie wird nicht geöffnet."],
+  tornHead: ["It is compressed and broken off in its first line: nothing of it can be opened.", "Sie ist gepackt und bricht in ihrer ersten Zeile ab: Nichts davon lässt sich öffnen."],
+  damaged: ["What is compressed in it is damaged: it is not opened.", "Das Gepackte darin ist beschädigt: Sie wird nicht geöffnet."],
+  otherArchive: ["It is packed, but not as .gz, which is all that this page unpacks. Unpack it first.", "Sie ist gepackt, aber nicht als .gz, und nur das entpackt diese Seite. Entpacke sie erst."],
+  emptyFile: ["It is empty.", "Sie ist leer."],
   endless: [
     "It has no end: it was saved from a program that still ran, or that was killed.",
     "Sie hat kein Ende: Sie stammt von einem Programm, das noch lief oder abgebrochen wurde.",
@@ -110,8 +116,16 @@ const TABLE = {
   comparison: ["Comparison, line by line", "Vergleich, Zeile für Zeile"],
   tolerance: ["Answers count as equally late within 50 ms or a hundredth of the time.", "Antworten gelten innerhalb von 50 ms oder einem Hundertstel der Zeit als gleich spät."],
   here: ["runs in this page", "läuft in dieser Seite"],
-  loading: ["The controllers are being fetched …", "Die Steuerungen werden geholt …"],
-  broken: ["The controllers could not begin", "Die Steuerungen konnten nicht beginnen"],
+  loading: ["the controllers are being fetched …", "die Steuerungen werden geholt …"],
+  broken: ["the controllers could not begin", "die Steuerungen konnten nicht beginnen"],
+  loadAgain: [
+    "The controllers could not begin. Load this page again when it can be reached:",
+    "Die Steuerungen konnten nicht beginnen. Lade diese Seite neu, wenn sie erreichbar ist:",
+  ],
+  needsRest: [
+    "needs the rest of this page. Begin anew asks for it again:",
+    "braucht den Rest dieser Seite. „Neu beginnen“ fragt noch einmal danach:",
+  ],
   licences: ["Licences", "Lizenzen"],
   offline: ["works offline", "funktioniert ohne Netz"],
   newEdition: ["a new edition begins when all tabs of this page are closed", "eine neue Ausgabe beginnt, wenn alle Tabs dieser Seite geschlossen sind"],

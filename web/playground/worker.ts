@@ -27,10 +27,14 @@ const page = self as unknown as {
   onmessage: ((event: MessageEvent<Message>) => void) | null;
   postMessage(message: unknown): void;
 };
+const reason = (error: unknown) => (error instanceof Error ? error.message : String(error));
+
 /** A module by its name. What a cache has under that name may be something else: it is asked for again past all of them. */
 async function module(name: string, cache: RequestCache = "default"): Promise<WebAssembly.Module> {
   try {
-    const answer = await fetch(name, { cache });
+    const answer = await fetch(name, { cache }).catch((error) => {
+      throw new Error(`${name}: ${reason(error)}`);
+    });
     if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
     return await WebAssembly.compile(await answer.arrayBuffer());
   } catch (error) {
@@ -90,7 +94,7 @@ async function inTurn(isLook: boolean, ask: () => Answer): Promise<Answer> {
     try {
       await handOver();
     } catch (error) {
-      const detail = `the rest of this page did not come (${error instanceof Error ? error.message : String(error)})`;
+      const detail = `the rest of this page did not come (${reason(error)})`;
       return { status: 503, body: { title: "Not now", detail, remedy: "try again when this page can be reached" } };
     } finally {
       wait(-1);
@@ -130,7 +134,7 @@ page.onmessage = async ({ data }) => {
       return answer;
     }) });
   } catch (error) {
-    page.postMessage({ id, error: String(error) });
+    page.postMessage({ id, error: reason(error) });
   }
 };
 setInterval(() => isHeard && void session.then(tell), TELLS);

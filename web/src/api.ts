@@ -256,8 +256,8 @@ export class Api {
   constructor(private readonly source: Source) {}
 
   async ask<T>(method: string, path: string, body?: unknown): Promise<T> {
-    const answer = await this.source.ask(method, path, body).catch(() => {
-      throw new Problem(0, "", "");
+    const answer = await this.source.ask(method, path, body).catch((error) => {
+      throw new Problem(0, error instanceof Error ? error.message : String(error), "");
     });
     if (answer.status >= 200 && answer.status < 300) return answer.body as T;
     const problem = (answer.body ?? {}) as { detail?: string; title?: string; remedy?: string };

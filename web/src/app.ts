@@ -133,7 +133,10 @@ export class App {
   /** Sends a line, as the host does, and says whether it could. */
   async send(line: string): Promise<boolean> {
     if (this.past?.isOpen) return this.past.do({ send: `${line}\r` });
-    return this.give(line);
+    const isGiven = await this.give(line);
+    // Nothing is seen of it before time goes on.
+    if (isGiven && this.machine?.clock?.paused) this.onNotice(say("waitsForResume"), false, true);
+    return isGiven;
   }
 
   /** Sets a signal. It is shown so at once: another click is about what is seen. */

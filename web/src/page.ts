@@ -15,7 +15,7 @@ import { language } from "./words";
 
 /** What a page has besides the parts that show a controller. */
 export interface More {
-  /** What is said of the source while it is there. */
+  /** What is said of the source. */
   where?: () => string;
   /** What stands at the end of the page. */
   foot: () => Node[];

@@ -132,6 +132,10 @@ const TABLE = {
   resume: ["Resume", "Weiter"],
   step: ["Step", "Einzelschritt"],
   paused: ["paused", "angehalten"],
+  waitsForResume: [
+    "Time is paused: what was sent is heard after Resume or Step.",
+    "Die Zeit ist angehalten: Was gesendet wurde, kommt nach Weiter oder Einzelschritt an.",
+  ],
   running: ["running", "läuft"],
   advance: ["Advance by", "Vorstellen um"],
   go: ["Go", "Los"],

@@ -67,12 +67,12 @@ for (const name of ["chromium", "firefox"]) {
       test(title, async () => {
         const site = await host();
         const tabs = [];
-        const opened = async (url = "", before_) => {
+        const opened = async (url = "", before_, where = options.locale === "de" ? "läuft in dieser Seite" : "runs in this page") => {
           const tab = await own.tab(options);
           tabs.push(tab);
           if (before_) await tab.before(before_);
           await tab.goto(`${site.url}/${url}`);
-          await tab.seen(".link", options.locale === "de" ? "läuft in dieser Seite" : "runs in this page");
+          await tab.seen(".link", where);
           return tab;
         };
         try {
@@ -154,6 +154,91 @@ for (const name of ["chromium", "firefox"]) {
         return tab.look(() => document.querySelectorAll(".entry.later").length > 0);
       });
       tab.complaints.length = 0;
+    });
+
+    with_("a choice that needs a rest of the page that did not come stays chosen, and Begin anew asks again", async (site, opened) => {
+      site.miss(/^page-.*\.wasm$/);
+      const tab = await opened();
+      const chosen = () => tab.look(() => document.querySelector(".bench select.model").value);
+      await tab.send("@07");
+      await tab.seen(".entry-answer", "0");
+      for (const again of [() => tab.choose(".bench select.model", "smcu"), () => tab.click(".bench button", "Begin anew")]) {
+        await tab.drop("nothing.bin", "\0\0\0");
+        await tab.seen(".notice", "no recording");
+        await again();
+        await tab.seen(".notice", "smcu needs the rest of this page. Begin anew asks for it again: ");
+        await tab.seen(".notice", "404");
+        await until("it stays chosen", async () => (await chosen()) === "smcu");
+        assert.equal(await tab.text(".tab .model"), "imc4");
+        assert.equal(await tab.look(() => document.querySelectorAll(".entry-answer").length), 1, "the controller goes on");
+      }
+      site.letGo();
+      await tab.click(".bench button", "Begin anew");
+      await tab.seen(".tab .model", "smcu");
+      tab.complaints.length = 0;
+    });
+
+    with_("a first visit that was cut short says what is missing and what to do", async (site, opened) => {
+      for (const [missing, why] of [[/^worker\.js$/, "worker.js did not come"], [/^first-.*\.wasm$/, "404"]]) {
+        site.miss(missing);
+        const tab = await opened("", undefined, "the controllers could not begin");
+        await tab.seen(".notice", "The controllers could not begin. Load this page again when it can be reached: ");
+        await tab.seen(".notice", why);
+        site.letGo();
+        await tab.reload();
+        await tab.seen(".link", "runs in this page");
+        await tab.send("@07");
+        await tab.seen(".entry-answer", "0");
+        tab.complaints.length = 0;
+      }
+    });
+
+    with_("an address that ends in no link says so, and the name of a part of the page is none", async (_, opened) => {
+      const tab = await opened("#hello");
+      await tab.seen(".notice", "is no link to a moment. A new session has begun.");
+      await tab.look(() => void (location.hash = "#world"));
+      await tab.seen(".notice", "is no link to a moment. Nothing has changed.");
+      const link = linked("imc4", "mill", 2e9, [[0, "send", "@07\r"]]);
+      await tab.look((link) => void (location.hash = link), link);
+      await tab.seen(".notice", "the moment of the link");
+      await tab.look(() => void (location.hash = "#hello"));
+      await tab.seen(".notice", "is no link to a moment. Nothing has changed.");
+      await tab.click(".notice button");
+      await tab.look(() => void (location.hash = "#front"));
+      await tab.send("@0P");
+      // What was sent while time is paused is told of, and nothing else.
+      await tab.seen(".notice", "Time is paused: what was sent is heard after Resume or Step.");
+      await tab.click(".clock button", "Resume");
+      await tab.seen(".entry-answer", "000000000000000000");
+    });
+
+    with_("a file that cannot be opened is refused with what is wrong with it, as the program does", async (_, opened) => {
+      const tab = await opened();
+      const text = await example("limit.jsonl");
+      const packed = gzipSync(text);
+      const damaged = Buffer.from(packed);
+      damaged.fill(0xff, 200, 260);
+      const files = [
+        ["head.jsonl.gz", packed.subarray(0, 5), "broken off in its first line"],
+        ["line.jsonl.gz", packed.subarray(0, 300), "broken off in its first line"],
+        ["zeros.jsonl.gz", Buffer.concat([packed, Buffer.alloc(512)]), "is damaged: it is not opened"],
+        ["bits.jsonl.gz", damaged, "is damaged: it is not opened"],
+        ["session.jsonl.zst", Buffer.from([0x28, 0xb5, 0x2f, 0xfd, 4, 0, 1, 2, 3]), "Unpack it first"],
+        ["empty.jsonl", "", "It is empty."], ["empty.ncp.gz", gzipSync(""), "It is empty."],
+      ];
+      for (const [name, content, why] of files) {
+        await tab.drop(name, content);
+        await tab.seen(".notice", `${name}: `);
+        const said = await tab.text(".notice");
+        assert.ok(said.includes(why), `${name}: ${said}`);
+        assert.equal(await tab.look(() => document.querySelectorAll(".entry").length), 0, "nothing was opened");
+      }
+      // Behind a part that is whole, the next may be torn off in its first bytes.
+      for (const size of [1, 2, 5]) {
+        await tab.drop(`${size}.jsonl.gz`, Buffer.concat([packed, packed.subarray(0, size)]));
+        await tab.seen(".notice", `${size}.jsonl.gz: A recording`);
+        await tab.seen(".notice", "It was torn off");
+      }
     });
 
     with_("a link that is of nothing known begins anew, and one that comes later changes nothing", async (site, opened) => {

@@ -30,7 +30,7 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         Problem::new(
             Kind::NotUnderstood,
             why,
-            "open what `vimc4 serve --record` or a test has recorded, unpacked",
+            "open what `vimc4 serve --record` or a test has recorded",
         )
     };
     let recording = Recording::read(text.as_bytes()).map_err(|error| wrong(error.to_string()))?;

@@ -70,7 +70,7 @@ export function shell(app: App, more: { foot: () => Node[]; where?: () => string
       h("h1", {}, "virtual IMC4"), tabs, link, languages, colours),
     foot: h("footer", {}, ...more.foot()),
     show() {
-      put(link, app.isConnected ? more.where?.() ?? say("connected") : say("lost"));
+      put(link, more.where?.() ?? say(app.isConnected ? "connected" : "lost"));
       mark(link, "data-on", String(app.isConnected));
       const { machines, machine } = app;
       rows.from(machines.map(({ number, about }) => [number, about.model]), () => machines.map(({ number, about }) =>
