@@ -1,6 +1,5 @@
 // What a real controller and the virtual one say to the same line, and when; and the real conversation
 // as a recording that `vimc4 replay` plays.
-import type { Entry } from "../src/api";
 
 /** Answers count as equally late within this, or within a hundredth of the time; ms. */
 const TOLERANCE = 50;
@@ -13,31 +12,47 @@ export interface Said {
   after: number | null;
 }
 
-/** Whether a line has gone out to the real controller: it waits behind others, it is on its way or there, or STOP went
-    before it and it was given up. */
-export type Went = "waits" | "out" | "cut";
+/** Whether a line has gone out to the real controller: it waits behind others, it is on its way or there; STOP went before
+    it and it was given up; or the port was closed, or gone, before it was sent whole. */
+export type Went = "waits" | "out" | "cut" | "unsent";
 
 export interface Exchange {
   line: string;
   went: Went;
+  /** When it began to go out, and when it was out as a whole: ms, by the clock of the page. */
+  from: number;
+  whole: number | null;
   real: Said;
   virtual: Said;
+  /** The virtual one says no more to it. */
+  isAnswered: boolean;
+  /** Nobody can know whether the real one has said this to it, or to another line that waited. */
+  isUnsure: boolean;
+  /** What may still come is not awaited: another line has followed, or the port was closed. */
+  over: "" | "next" | "closed";
   /** Which values of the profile would make the virtual one answer so. */
   causes: string[];
-  /** The virtual one had something to do besides, of which the real one knows nothing. */
-  isApart: boolean;
+  /** Why they cannot be compared: the virtual one had something to do besides, of which the real one knows nothing; or
+      the real one may have got part of a line that was given up. */
+  apart: "" | "apart" | "part";
 }
 
-export type Verdict = "same" | "bytes" | "time" | "open" | "silent" | "apart" | "waits" | "cut";
+export type Verdict = "same" | "bytes" | "time" | "open" | "silent" | "apart" | "unsure" | "closed" | Exclude<Went, "out">;
 
 /** How STOP is called among the lines: it is a byte, and no line. */
 export const STOP = "STOP (253)";
 
-/** One that has just been said to both. */
-export function begun(line: string, went: Went, isApart = false): Exchange {
-  const nothing = (): Said => ({ bytes: "", after: null });
-  return { line, went, real: nothing(), virtual: nothing(), causes: [], isApart };
+export const nothing = (): Said => ({ bytes: "", after: null });
+
+/** One that is about to be said to both. */
+export function begun(line: string, apart: Exchange["apart"] = ""): Exchange {
+  return {
+    line, went: "waits", from: 0, whole: null, real: nothing(), virtual: nothing(), isAnswered: apart !== "", isUnsure: false, over: "", causes: [], apart,
+  };
 }
+
+/** The byte that a character of a line is. */
+export const byteOf = (letter: string): number => letter.charCodeAt(0);
 
 /** Bytes as the journal writes them. */
 export function escaped(bytes: Iterable<number>): string {
@@ -46,14 +61,17 @@ export function escaped(bytes: Iterable<number>): string {
     ?? (byte >= 32 && byte < 127 ? String.fromCharCode(byte) : `\\x${byte.toString(16).toUpperCase().padStart(2, "0")}`)).join("");
 }
 
-/** What came of a line. As long as no other was sent, what one of them has said so far may still come from the other. */
-export function verdict({ went, real, virtual, isApart }: Exchange, isLast: boolean): Verdict {
+/** What came of a line. As long as it is not over, what one of them has said so far may still come from the other. */
+export function verdict({ went, real, virtual, isAnswered, apart, isUnsure, over }: Exchange): Verdict {
   if (went !== "out") return went;
   const isSame = real.bytes === virtual.bytes;
-  if (isApart && (!isSame || real.bytes === "")) return "apart";
+  if (apart && (!isSame || real.bytes === "")) return "apart";
+  if (isUnsure) return "unsure";
   const isBegun = real.bytes.startsWith(virtual.bytes) || virtual.bytes.startsWith(real.bytes);
-  if (!isSame) return isLast && isBegun ? "open" : "bytes";
-  if (real.bytes === "") return isLast ? "open" : "silent";
+  const isAwaited = over !== "next" && !(isAnswered && real.bytes.length > virtual.bytes.length);
+  if (isBegun && isAwaited && (!isSame || real.bytes === "")) return over === "closed" ? "closed" : "open";
+  if (!isSame) return "bytes";
+  if (real.bytes === "") return "silent";
   const [one, other] = [real.after ?? 0, virtual.after ?? 0];
   return Math.abs(one - other) <= Math.max(TOLERANCE, Math.max(one, other) / 100) ? "same" : "time";
 }
@@ -69,12 +87,4 @@ export function recorded(virtual: string, passed: readonly Passed[], port: strin
   lines.push(JSON.stringify({ at: passed.at(-1)?.at ?? 0, end: "saved" }));
   // Every character of a string is a byte; what is not ASCII is escaped, as the format wants it.
   return `${lines.join("\n").replace(/[\u007f-\uffff]/g, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, "0")}`)}\n`;
-}
-
-/** What the virtual controller has said to a line, with what has come by these entries: so long after the line. */
-export function heard(said: Said, entries: readonly Entry[], at: number): Said {
-  const answers = entries.filter(({ kind }) => kind === "answer");
-  const last = answers.at(-1);
-  if (!last) return said;
-  return { bytes: said.bytes + answers.map(({ bytes }) => bytes ?? "").join(""), after: (last.at - at) / 1e6 };
 }

@@ -3,8 +3,9 @@ import type { App, Part } from "../src/app";
 import { card, h, mark, put, Rebuilt } from "../src/dom";
 import type { Machine } from "../src/machine";
 import { figure } from "../src/words";
-import { begun, escaped, heard, recorded, STOP, verdict, type Exchange, type Passed } from "./exchange";
+import { begun, byteOf, recorded, STOP, verdict, type Exchange, type Passed } from "./exchange";
 import { keep } from "./files";
+import { Commands, Owed, parted, QUIET } from "./whose";
 import { tell } from "./words";
 
 /** What is used of Web Serial, which the types of browsers do not have yet. */
@@ -22,13 +23,9 @@ const serial = (navigator as unknown as { serial?: Serial }).serial;
 const RATES = [19_200, 9_600, 4_800, 2_400, 38_400, 57_600, 115_200];
 /** STOP in one byte; it acts at once, whatever waits. */
 const BREAK = 253;
-/** So long after the last byte an answer counts as whole, in ms. */
-const QUIET = 300;
 /** Whoever presses STOP learns after so long that it has not gone out, and who closes a port that it is not closed; ms. */
 const PATIENCE = 500;
 
-/** Of what is said to one line so many bytes are shown and compared; answers are far shorter. */
-const SHOWN = 4_096;
 /** So much of a conversation is kept, in bytes, and what each piece of it costs besides. */
 const KEPT = 32_000_000;
 const PIECE = 64;
@@ -39,6 +36,8 @@ interface Item {
   bytes: number[];
   /** As it is kept, once it has its turn. */
   piece?: Passed;
+  /** STOP went before it. */
+  isCut?: boolean;
 }
 
 /** The line to a real controller: what went over it, and what it said to each line of the virtual one. */
@@ -52,19 +51,22 @@ class Line {
   errors = 0;
   /** More was said than is kept. */
   isFull = false;
+  /** So many pieces of it have been saved. */
+  saved = 0;
+  /** The port was closed, or is gone; and when it is closed. */
+  isOver = false;
+  closed: Promise<void> = Promise.resolve();
+  readonly owed = new Owed();
   private size = 0;
   private readonly first = performance.now();
   /** What was given to the port and has not gone out yet. */
   private readonly queue: Item[] = [];
-  /** The one to which the real controller answers now, when that went out, and what has come since. */
-  private current: Exchange | null = null;
-  private sentAt = 0;
-  private bytes: number[] = [];
+  /** Part of a line that was given up may have got there. */
+  private isTorn = false;
   private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
   private reading: Promise<void> = Promise.resolve();
   /** What writes, and to which stream; after an error there is another one. */
   private writer: { of: WritableStream<Uint8Array>; it: WritableStreamDefaultWriter<Uint8Array> } | null = null;
-  private isClosing = false;
 
   constructor(
     private readonly port: Port,
@@ -80,37 +82,34 @@ class Line {
     return Math.round((performance.now() - this.first) * 1e6);
   }
 
-  /** Sends a line, behind those that have not gone out yet. */
-  send(bytes: number[], line: string, isApart: boolean): Promise<void> {
-    return this.write(bytes, this.begin(line, isApart));
-  }
-
-  /** Sends STOP. What has not gone out yet does not go before it, and not at all any more. */
-  async stop(): Promise<void> {
-    const exchange = this.begin(STOP, false);
-    if (this.queue.length > 0) await this.giveUpSending();
-    await this.write([BREAK], exchange);
-  }
-
-  private begin(line: string, isApart: boolean): Exchange {
-    const exchange = begun(line, "waits", isApart);
+  /** A line that will be sent, or STOP. */
+  begin(line: string, isApart: boolean): Exchange {
+    const exchange = begun(line, isApart ? "apart" : "");
     this.exchanges.push(exchange);
     return exchange;
   }
 
-  private async write(bytes: number[], exchange: Exchange): Promise<void> {
+  /** Sends STOP. What has not gone out yet does not go before it, and not at all any more. */
+  async stop(exchange: Exchange): Promise<void> {
+    for (const item of this.queue) item.isCut = true;
+    if (this.queue.length > 0) await this.giveUpSending();
+    await this.send([BREAK], exchange);
+  }
+
+  /** Sends it behind what has not gone out yet, and waits until it is out as a whole. */
+  async send(bytes: number[], exchange: Exchange): Promise<void> {
     const item: Item = { exchange, bytes };
     try {
       const { writable } = this.port;
-      if (!writable || this.isClosing) throw new Error(tell("portGone"));
+      if (!writable || this.isOver) throw new Error(tell("portGone"));
       if (this.writer?.of !== writable) this.writer = { of: writable, it: writable.getWriter() };
       this.queue.push(item);
       this.goOn();
       await this.writer.it.write(Uint8Array.from(bytes));
+      exchange.whole = performance.now();
+      this.owed.share();
     } catch (error) {
-      exchange.went = "cut";
-      const place = item.piece ? this.passed.lastIndexOf(item.piece) : -1;
-      if (place >= 0) this.passed.splice(place, 1);
+      this.drop(item);
       throw error;
     } finally {
       const place = this.queue.indexOf(item);
@@ -119,14 +118,29 @@ class Line {
     }
   }
 
-  /** The first that has not gone out is on its way: what comes from now on is said to that. */
+  /** The first that has not gone out is on its way. */
   private goOn(): void {
     const [first] = this.queue;
-    if (!first || first.piece) return;
-    first.piece = { at: this.since(), in: String.fromCharCode(...first.bytes) };
-    this.keep(first.bytes.length, first.piece);
-    first.exchange.went = "out";
-    [this.current, this.bytes, this.sentAt] = [first.exchange, [], performance.now()];
+    if (!first || first.piece || this.isOver) return;
+    const { bytes, exchange } = first;
+    first.piece = { at: this.since(), in: String.fromCharCode(...bytes) };
+    this.keep(bytes.length, first.piece);
+    exchange.went = "out";
+    if (this.isTorn && exchange.line !== STOP) {
+      exchange.apart ||= "part";
+      this.isTorn = false;
+    }
+    this.owed.goes(exchange, performance.now());
+  }
+
+  /** What did not go out as a whole is in no recording, and has no answer. */
+  private drop({ exchange, piece, isCut }: Item): void {
+    if (exchange.went !== "waits" && exchange.went !== "out") return;
+    exchange.went = isCut ? "cut" : "unsent";
+    this.isTorn ||= piece !== undefined;
+    const place = piece ? this.passed.lastIndexOf(piece) : -1;
+    if (place >= 0) this.passed.splice(place, 1);
+    this.owed.drop(exchange);
   }
 
   /** A port that has been told so throws away what it has not sent, and has another stream then. */
@@ -134,7 +148,7 @@ class Line {
     const { writer, queue } = this;
     this.writer = null;
     if (!writer) return;
-    const given = queue.length > 0 ? writer.it.abort(new Error(tell("cutOff"))) : null;
+    const given = queue.length > 0 ? writer.it.abort(new Error(tell(this.isOver ? "portGone" : "cutOff"))) : null;
     writer.it.releaseLock();
     await given;
   }
@@ -142,7 +156,7 @@ class Line {
   private async read(): Promise<void> {
     let last: ReadableStream<Uint8Array> | null = null;
     // After an error of the line, such as a wrong stop bit, there is another stream; after the last one none.
-    while (this.port.readable && this.port.readable !== last && !this.isClosing) {
+    while (this.port.readable && this.port.readable !== last && !this.isOver) {
       last = this.port.readable;
       this.reader = last.getReader();
       try {
@@ -152,22 +166,22 @@ class Line {
           this.take(value);
         }
       } catch {
-        this.errors += 1;
+        // The last error is that the port is gone.
+        if (this.port.readable && this.port.readable !== last) this.errors += 1;
         this.onChange(false);
       } finally {
         this.reader.releaseLock();
       }
     }
     // So that it can be opened again.
-    if (!this.isClosing) await this.shut().catch(() => {});
+    if (!this.isOver) this.closed = this.shut().catch(() => {});
     this.onChange(true);
   }
 
   private take(bytes: Uint8Array): void {
     this.heard = performance.now();
     this.keep(bytes.length, { at: this.since(), out: Array.from(bytes, (byte) => String.fromCharCode(byte)).join("") });
-    this.bytes.push(...bytes.subarray(0, SHOWN - this.bytes.length));
-    if (this.current) this.current.real = { bytes: escaped(this.bytes), after: this.heard - this.sentAt };
+    this.owed.take(bytes, this.heard);
     this.onChange(false);
   }
 
@@ -178,14 +192,23 @@ class Line {
   }
 
   async close(): Promise<void> {
-    this.isClosing = true;
+    this.end();
     await this.reader?.cancel().catch(() => {});
     await this.reading;
     await this.shut();
   }
 
+  /** Every line keeps what came of it until now. */
+  private end(): void {
+    this.isOver = true;
+    for (const item of this.queue) this.drop(item);
+    for (const exchange of this.exchanges) if (exchange.went === "waits") exchange.went = "unsent";
+    this.owed.end("closed");
+  }
+
   /** A port that somebody writes to, or reads from, cannot be closed. What has not gone out may take its time to be given up. */
   private async shut(): Promise<void> {
+    if (!this.isOver) this.end();
     void this.giveUpSending().catch(() => {});
     await this.port.close();
   }
@@ -197,12 +220,9 @@ export class Beside {
   line: Line | null = null;
   /** The line that there was last: what it has said stays to be read and saved. */
   kept: Line | null = null;
-  /** The last entry that was taken in of what the virtual controller tells. */
+  /** The last entry that was taken in of what the virtual controller tells, and whose it was. */
   private since = 0;
-  /** What time it was there when the line was sent, and whether that is known to the nanosecond. */
-  private sent = { at: 0, isExact: false };
-  /** What it says from now on is not of the line that was sent last. */
-  private isParted = false;
+  private readonly commands = new Commands();
   /** The exchange that has been asked about. */
   asked: Exchange | null = null;
   /** A port that is being closed: it cannot be opened before. */
@@ -210,63 +230,67 @@ export class Beside {
   /** STOP has not gone out. */
   isUnstopped = false;
 
-  /** What the virtual controller says from now on is said to what is sent now, unless it does something else besides. */
-  begin(app: App, isApart: boolean): void {
+  /** The virtual controller is about to be given a line, or STOP. */
+  hand(app: App, exchange: Exchange): void {
     const machine = app.machine!;
     this.hear(machine);
-    this.isParted = isApart;
-    const sent = this.sent = { at: machine.now, isExact: false };
-    const set = ({ now }: { now: number }) => {
-      if (!sent.isExact) sent.at = now;
-    };
-    app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`).then(set, () => {});
+    if (exchange.apart === "apart") return;
+    const given = this.commands.give(exchange, machine.now, performance.now());
+    app.api.get<{ now: number }>(`/controllers/${machine.number}/clock`).then(({ now }) => void (given.at = now), () => {});
   }
 
   /** Takes in what the virtual controller has said. */
   hear(machine: Machine | undefined): void {
     if (!machine) return;
-    const { since, sent } = this;
+    const { since } = this;
     const { entries } = machine;
-    let news = entries.slice(entries.findLastIndex(({ number }) => number <= since) + 1);
+    const news = entries.slice(entries.findLastIndex(({ number }) => number <= since) + 1);
     this.since = entries.at(-1)?.number ?? 0;
-    const last = this.kept?.exchanges.at(-1);
-    if (!last || this.isParted) return;
-    const command = news.find(({ kind }) => kind === "command");
-    if (command && !sent.isExact) [sent.at, sent.isExact] = [command.at, true];
     // Whoever puts it back has it do something again, or something else.
     const back = news.findIndex(({ about }) => about?.deed === "restore");
-    if (back >= 0) news = news.slice(0, back);
-    last.virtual = heard(last.virtual, news, sent.at);
-    if (back >= 0) this.part();
+    this.commands.hear(back >= 0 ? news.slice(0, back) : news);
+    if (back >= 0) parted(this.commands.end());
+    if (!machine.clock?.paused) this.commands.idle(performance.now());
+    this.line?.owed.share();
   }
 
-  /** Nothing that the virtual controller says from now on is said to the last line. */
+  /** Nothing that the virtual controller says from now on is said to these lines. */
   leave(machine: Machine | undefined): void {
     this.hear(machine);
-    this.isParted = true;
+    this.commands.end();
   }
 
   /** Something else is done with the virtual controller. What it has said stays; where that was not all, it cannot be compared. */
   part(machine?: Machine): void {
     this.hear(machine);
-    const last = this.kept?.exchanges.at(-1);
-    if (last && !this.isParted && verdict(last, true) === "open") last.isApart = true;
-    this.isParted = true;
+    parted(this.commands.end());
   }
 }
 
-/** Gives a line to both controllers, and says whether it could. While something else is given to the virtual one besides,
+/** Gives a line to both controllers, and says whether it could. The virtual one gets it when the real one has been sent it
+    as a whole: what the one never gets, the other does not do. While something else is given to the virtual one besides,
     what they say is not compared. */
 export async function give(app: App, it: Beside, text: string, isBusy: boolean): Promise<boolean> {
-  if (!it.line || !app.machine) return false;
+  const { line } = it;
+  if (!line || !app.machine) return false;
+  const wide = [...text].find((letter) => letter.codePointAt(0)! > 255);
+  if (wide) {
+    app.onNotice(`${wide} ${tell("noByte")}`, true, true);
+    return false;
+  }
+  const exchange = line.begin(text, isBusy);
   try {
-    const bytes = [...text, "\r"].map((letter) => letter.charCodeAt(0));
-    if (bytes.some((byte) => byte > 255)) throw new Error(text);
-    it.begin(app, isBusy);
-    const [, isPosted] = await Promise.all([it.line.send(bytes, text, isBusy), app.post(text)]);
+    const sent = line.send([...text, "\r"].map(byteOf), exchange);
+    app.changed();
+    await sent;
+    it.hand(app, exchange);
+    const isPosted = await app.post(text);
+    if (!isPosted) [exchange.apart, exchange.isAnswered] = ["apart", true];
     return isPosted;
   } catch (error) {
-    app.say(error);
+    if (exchange.went === "cut") app.onNotice(tell("cutOff"), true, true);
+    // That the port is gone is said once, and whoever has closed it knows.
+    else if (!line.isOver) app.say(error);
     return false;
   } finally {
     app.changed();
@@ -317,9 +341,12 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     try {
       const port = await serial!.requestPort();
       await patiently(it.closing).catch(() => {});
+      const { kept } = it;
+      if (kept && kept.passed.length > kept.saved && !confirm(tell("dropUnsaved"))) return;
       const opened = new Line(port, (isGone) => {
         if (isGone && it.line === opened) {
           it.line = null;
+          it.closing = opened.closed;
           it.leave(app.machine);
           app.onNotice(tell("portGone"), true, true);
         }
@@ -337,11 +364,12 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
 
   const halt = async () => {
     const { line } = it;
-    if (line && app.machine) it.begin(app, false);
+    const exchange = line?.begin(STOP, false);
+    if (exchange && app.machine) it.hand(app, exchange);
     // Neither waits for the other.
     void app.act((path) => app.api.post(`${path}/line`, { send: String.fromCharCode(BREAK) }));
-    if (line) {
-      const stopped = line.stop();
+    if (line && exchange) {
+      const stopped = line.stop(exchange);
       it.isUnstopped = !await patiently(stopped).catch(() => false);
       if (it.isUnstopped) {
         app.onNotice(tell("notStopped"), true, true);
@@ -360,7 +388,11 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
   };
   const saveIt = async () => {
     try {
-      if (it.kept) keep("real.jsonl", await text());
+      const { kept } = it;
+      if (!kept) return;
+      const { length } = kept.passed;
+      keep("real.jsonl", await text());
+      kept.saved = length;
     } catch (error) {
       app.say(error);
     }
@@ -379,7 +411,13 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
 
   const WORDS = {
     same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", silent: "silent", apart: "apart", waits: "notSentYet", cut: "notWholly",
+    unsent: "unsent", closed: "portClosed", unsure: "unsure",
   } as const;
+  const told = (exchange: Exchange): string => {
+    const found = verdict(exchange);
+    if (found === "silent" && exchange.line === STOP) return tell("stopSilent");
+    return tell(found === "apart" && exchange.apart === "part" ? "partSent" : WORDS[found]);
+  };
   return {
     element,
     open() {
@@ -401,27 +439,26 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       const exchanges = it.kept?.exchanges ?? [];
       const last = exchanges.at(-1);
       it.hear(app.machine);
-      if (last && it.line) {
-        const isQuiet = performance.now() - it.line.heard > QUIET;
-        if (verdict(last, true) === "bytes" && it.asked !== last) {
-          if (isQuiet) void explain(last);
-          // Where nothing moves nothing is told, and nothing drawn, when it has become quiet.
-          else setTimeout(() => app.changed(), QUIET);
-        }
+      const other = exchanges.findLast((exchange) => verdict(exchange) === "bytes");
+      if (other && it.line && it.asked !== other) {
+        if (performance.now() - it.line.heard > QUIET) void explain(other);
+        // Where nothing moves nothing is told, and nothing drawn, when it has become quiet.
+        else setTimeout(() => app.changed(), QUIET);
       }
-      const said = last ? `${last.line}: ${tell(WORDS[verdict(last, true)])}` : "";
-      const errors = it.kept?.errors ? `${figure(it.kept.errors)} ${tell("lineErrors")}` : said;
+      const said = last ? `${last.line}: ${told(last)}` : "";
+      const errors = it.kept?.errors ? `${tell("lineErrors")}: ${figure(it.kept.errors)}. ${tell("badLine")}` : said;
       put(state, it.isUnstopped ? tell("notStopped") : it.kept?.isFull ? tell("full") : errors);
       state.classList.toggle("alarm", it.isUnstopped);
       rows.from(exchanges, () => exchanges.map((exchange) => {
-        const found = verdict(exchange, exchange === last);
-        const none = tell(exchange === last ? "noAnswerYet" : "noAnswer");
+        const found = verdict(exchange);
+        const none = tell(found === "open" ? "noAnswerYet" : "noAnswer");
+        const { went, real, virtual, isUnsure, apart } = exchange;
         const cell = ({ bytes, after }: Exchange["real"], isAsked: boolean) =>
           isAsked ? h("td", {}, h("code", {}, bytes), h("span", { class: "note" }, after === null ? none : `${figure(after, after < 10 ? 1 : 0)} ms`)) : h("td");
         const causes = exchange.causes.map((cause) => h("span", { class: "cause" }, h("code", {}, cause), ` ${tell("wouldExplain")}`));
         return h("tr", { attrs: { "data-verdict": found } }, h("th", { scope: "row" }, h("code", {}, exchange.line)),
-          cell(exchange.real, exchange.went === "out"), cell(exchange.virtual, !exchange.isApart || exchange.virtual.bytes !== ""),
-          h("td", {}, tell(WORDS[found]), ...causes));
+          cell(real, went === "out" && (!isUnsure || real.bytes !== "")), cell(virtual, went === "out" && (apart !== "apart" || virtual.bytes !== "")),
+          h("td", {}, told(exchange), ...causes));
       }));
       mark(table, "data-exchanges", String(exchanges.length));
     },

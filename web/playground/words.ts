@@ -25,10 +25,8 @@ const TABLE = {
   noLink: ["What stands behind the # of this address is no link to a moment.", "Was hinter dem # dieser Adresse steht, ist kein Link zu einem Moment."],
   unchanged: ["Nothing has changed.", "Nichts hat sich geändert."],
   coming: ["waits for the rest of this page …", "wartet auf den Rest dieser Seite …"],
-  lineErrors: [
-    "errors of the line were met: another baud rate, or a bad connection?",
-    "Fehler der Leitung sind aufgetreten: andere Baudrate oder schlechte Verbindung?",
-  ],
+  lineErrors: ["Errors of the line", "Fehler der Leitung"],
+  badLine: ["Another baud rate, or a bad connection?", "Andere Baudrate oder schlechte Verbindung?"],
   atMoment: ["This is the moment of the link. The controller is paused.", "Das ist der Moment des Links. Die Steuerung ist angehalten."],
   otherwise: ["Not all of it could be done again", "Nicht alles ließ sich wiederholen"],
   save: ["Save a recording", "Aufzeichnung sichern"],
@@ -103,6 +101,22 @@ const TABLE = {
   silent: ["neither has answered", "keine hat geantwortet"],
   notSentYet: ["not sent yet", "noch nicht gesendet"],
   notWholly: ["given up before it was sent whole", "aufgegeben, bevor sie ganz gesendet war"],
+  unsent: ["not sent whole: the port was closed, or is gone", "nicht ganz gesendet: Die Schnittstelle wurde geschlossen oder ist weg"],
+  portClosed: ["the port was closed before both had answered", "die Schnittstelle wurde geschlossen, bevor beide geantwortet hatten"],
+  unsure: [
+    "not compared: more than one line waited, and it is not known to which this was answered",
+    "nicht verglichen: Mehrere Zeilen warteten, und es ist nicht bekannt, welcher das geantwortet wurde",
+  ],
+  partSent: ["not compared: part of the line that was given up may be in it", "nicht verglichen: Ein Teil der aufgegebenen Zeile kann darin stehen"],
+  stopSilent: ["no answer of its own: what it ends answers", "keine eigene Antwort: Was es beendet, antwortet"],
+  dropUnsaved: [
+    "What was said at the port before has not been saved. Begin anew, and lose it?",
+    "Was bisher an der Schnittstelle gesagt wurde, ist nicht gesichert. Neu beginnen und es verlieren?",
+  ],
+  noByte: [
+    "is not one byte, and a line to a controller is made of bytes: type ASCII. Nothing was sent.",
+    "ist nicht ein Byte, und eine Zeile an eine Steuerung besteht aus Bytes: Nimm ASCII. Nichts wurde gesendet.",
+  ],
   wouldExplain: ["would explain it", "würde es erklären"],
   notStopped: [
     "THE REAL MACHINE WAS NOT STOPPED: its port takes no bytes. Use its emergency stop.",

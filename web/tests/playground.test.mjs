@@ -7,12 +7,12 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { deflateRawSync, gzipSync } from "node:zlib";
-import { bridge } from "./port.mjs";
+import { bridge, played } from "./port.mjs";
 import { absent, browser, host } from "./tab.mjs";
 import { program, run, serve, until } from "./stand.mjs";
 
 /** What is fetched before the first answer, in bytes. */
-const LIMIT = 390_000;
+const LIMIT = 393_000;
 /** What comes after it. */
 const LATER = /^(page-.*\.wasm|scene-.*\.js|service\.js)$/;
 let film, quirky, folder;
@@ -735,13 +735,22 @@ test("an error of a real line ends no conversation, and what was unplugged is op
     await tab.press("Enter");
     await tab.seen(".exchanges tbody th", "@0P");
     await tab.look(() => window.wrong());
-    await tab.seen(".real .note", "errors of the line were met");
+    await tab.seen(".real .note", "Errors of the line: 1.");
     await tab.look(() => window.said("0"));
     await tab.seen(".exchanges td code", "0");
     await tab.look(() => window.unplug());
     await tab.seen(".real button", "Connect");
-    await tab.click(".real button", "Connect");
+    await tab.seen(".notice", "The port is gone");
+    assert.match(await tab.text(".real .note[role=status]"), /: 1\. /, "that it is gone is no error of the line");
+    // What was said is lost only if a person says so.
+    const asks = (answer) => new Promise((resolve) => tab.page.once("dialog", (dialog) => resolve(dialog[answer]().then(() => dialog.message()))));
+    const [no] = [asks("dismiss"), await tab.click(".real button", "Connect")];
+    assert.match(await no, /has not been saved/);
+    await tab.seen(".exchanges tbody th", "@0P");
+    const [yes] = [asks("accept"), await tab.click(".real button", "Connect")];
+    await yes;
     await tab.seen(".real button", "Disconnect");
+    assert.equal(await tab.look(() => document.querySelectorAll(".exchanges tbody tr").length), 0);
   } finally {
     await own.end();
     await site.end();
@@ -804,18 +813,19 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
     await line("@0P");
     await tab.click(".real button", "Stop both");
     await until("STOP has gone out", async () => (await sent()) === "\u00fd");
-    await tab.seen(".entry-answer", "stopped by");
+    await tab.seen(".notice", "STOP went before");
     // Every line keeps what came of it: what was given up says so, and what STOP is answered is its own.
     const rows = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map((row) => [row.querySelector("th").textContent, row.dataset.verdict, row.cells[1].textContent]));
     await tab.look(() => window.said("F"));
-    await until("both have answered STOP", () => tab.look(() => [1, 2].every((cell) => [...document.querySelectorAll(".exchanges tbody tr")].at(-1).cells[cell].textContent.startsWith("F"))));
+    await until("the real one has answered STOP", () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].at(-1).cells[1].textContent.startsWith("F")));
     assert.deepEqual((await rows()).slice(1, 3), [["@0A4000,500,0,900,0,900,0,900", "cut", ""], ["@0P", "cut", ""]]);
     assert.equal((await rows())[3][0], "STOP (253)");
     // Another controller takes nothing away of that.
     const before = await rows();
     const virtual = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map((row) => row.cells[2].textContent));
     const said = await virtual();
-    assert.ok(said.at(-1).startsWith("F"), said.join());
+    assert.deepEqual(said, [said[0], "", "", "no answer"], "what the real one never got whole the virtual one has not got either");
+    assert.doesNotMatch(await tab.text(".log"), /@0A4000/);
     await tab.choose(".bench select.model", "imc4-m");
     await tab.seen(".tab .model", "imc4-m");
     await tab.send("@07");
@@ -850,10 +860,118 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
     await tab.look(() => void (window.isStalled = false));
     // The page was built anew for the other controller.
     await tab.click('.real input[type="checkbox"]');
+    tab.page.once("dialog", (dialog) => dialog.accept());
     await tab.click(".real button", "Connect");
     await tab.seen(".real button", "Disconnect");
     await line("@08");
     assert.equal(await sent(), "@08\r");
+    assert.deepEqual(tab.complaints, []);
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
+/** A tab beside the port that is played in the page. */
+async function beside(site, own) {
+  const tab = await own.tab();
+  await tab.before(played);
+  await tab.goto(site.url);
+  await tab.seen(".link", "runs in this page");
+  await tab.click(".bench .real-one");
+  await tab.click('.real input[type="checkbox"]');
+  await tab.click(".real button", "Connect");
+  await tab.seen(".real button", "Disconnect");
+  const line = async (text) => {
+    await tab.look(() => void (document.querySelector(".real form input").value = ""));
+    await tab.write(".real form input", text);
+    await tab.press("Enter");
+    await until(`${text} is there`, async () => (await rows()).at(-1)?.[0] === text);
+  };
+  /** Line, verdict, and what both have said. */
+  const rows = () => tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map((row) =>
+    [row.querySelector("th").textContent, row.dataset.verdict, ...[1, 2].map((cell) => row.cells[cell].querySelector("code")?.textContent ?? null), row.cells[3].textContent]));
+  return { tab, line, rows };
+}
+/** How fast this computer is decides about the times. */
+const isAlike = (verdict) => verdict === "same" || verdict === "time";
+
+test("whose answer it is, where lines wait behind a motion, is known of both controllers", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const { tab, line, rows } = await beside(site, own);
+    const version = "isel IMC4 (virtual)\r\nVersion 2.00\r\n4 axes, 19200 baud\r\n0";
+    await tab.look((version) => {
+      window.place = "0001518000000000000";
+      window.real = (line) => line.startsWith("@0A") ? [line.startsWith("@0A9") ? 600_000 : 6_010, "0"] : [1, line === "@0P" ? window.place : line === "@0V" ? version : "0"];
+    }, version);
+    await line("@07");
+    await until("both have answered", async () => isAlike((await rows())[0][1]));
+    await line("@0A5400,900,0,900,0,900,0,900");
+    await line("@0P");
+    await until("both have answered", async () => (await rows()).every(([, verdict]) => isAlike(verdict)));
+    assert.deepEqual((await rows()).slice(1).map(([, , ...said]) => said.slice(0, 2)), [["0", "0"], ["0001518000000000000", "0001518000000000000"]]);
+    // The one that waited was sent before it had its turn.
+    const waited = await tab.look(() => parseFloat([...document.querySelectorAll(".exchanges tbody tr")].at(-1).cells[2].querySelector(".note").textContent.replace(",", "")));
+    assert.ok(waited > 500, String(waited));
+    // Behind a motion that STOP ends another place has as many digits.
+    await tab.look(() => void (window.place = "0000999000000000000"));
+    await line("@0A9000,90,0,900,0,900,0,900");
+    await line("@0P");
+    await line("@0V");
+    await tab.seen(".entry-command", "@0A9000");
+    await tab.click(".real button", "Stop both");
+    await until("both have answered", async () => (await rows()).length === 7 && isAlike((await rows())[5][1]));
+    const [move, place, shown, stop] = (await rows()).slice(3);
+    assert.deepEqual(move.slice(2, 4), ["F", "F"]);
+    assert.deepEqual([place[1], place[2], place[3]?.length], ["bytes", "0000999000000000000", 19]);
+    assert.equal(shown[2], shown[3]);
+    assert.match(shown[2], /^isel IMC4/);
+    assert.deepEqual(stop.slice(0, 4), ["STOP (253)", "open", "", ""]);
+    await line("@07");
+    await until("it is settled", async () => isAlike((await rows()).at(-1)[1]) && (await rows())[6][1] !== "bytes");
+    assert.deepEqual(tab.complaints, []);
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
+test("a port that is closed, or gone, leaves every line with what came of it", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const { tab, line, rows } = await beside(site, own);
+    await line("@07");
+    await until("both have answered", async () => isAlike((await rows())[0][1]));
+    // No controller knows such a character.
+    await tab.write(".real form input", "ä€");
+    await tab.press("Enter");
+    await tab.seen(".notice", "€ is not one byte");
+    assert.equal((await rows()).length, 1);
+    await tab.look(() => void (window.real = () => [600_000, ""]));
+    await line("@0A9000,90,0,900,0,900,0,900");
+    await tab.look(() => void (window.isHeld = true));
+    await line("@0V");
+    await line("@0W3");
+    await tab.look(() => window.unplug());
+    await tab.seen(".notice", "The port is gone");
+    assert.doesNotMatch(await tab.text(".notice"), /Refused|STOP/);
+    const verdicts = async () => (await rows()).slice(1).map(([, verdict]) => verdict);
+    await until("each says so", async () => String(await verdicts()) === "closed,unsent,unsent");
+    assert.doesNotMatch(await tab.text(".real"), /yet|rrors of the line/);
+    assert.doesNotMatch(await tab.text(".log"), /@0W3/, "the virtual one has not got it either");
+    // Whoever closes it learns the same, and what is saved is not asked about.
+    await tab.look(() => new Promise((resolve) => {
+      URL.createObjectURL = (blob) => (blob.text().then(resolve), "#");
+      [...document.querySelectorAll(".real button")].find((one) => one.textContent === "Save a recording").click();
+    }));
+    await tab.click(".real button", "Connect");
+    await tab.seen(".real button", "Disconnect");
+    await line("@0P");
+    await tab.click(".real button", "Disconnect");
+    await until("it says so", async () => (await rows())[0][1] === "closed");
     assert.deepEqual(tab.complaints, []);
   } finally {
     await own.end();

@@ -44,3 +44,65 @@ bridge.page = `
   };
   Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
 `;
+
+/** Another one, whose other end is in the page: `window.real(line)` says after how many ms what is answered, one line after
+    the other as a controller has it; 253 ends what is under way with F. `window.isHeld` keeps what is sent on its way. */
+export const played = `
+  let [stream, held, line, under, waiting] = [null, [], "", null, []];
+  window.sent = [];
+  window.isHeld = false;
+  window.real = () => [20, "0"];
+  window.said = (text) => stream.enqueue(new TextEncoder().encode(text));
+  const answer = (text) => {
+    clearTimeout(under);
+    under = null;
+    window.said(text);
+    if (waiting.length > 0) carryOut(waiting.shift());
+  };
+  const carryOut = (line) => {
+    const [after, text] = window.real(line);
+    under = setTimeout(answer, after, text);
+  };
+  const take = (byte) => {
+    window.sent.push(byte);
+    if (byte === 253) return void (under && answer("F"));
+    if (byte !== 13) return void (line += String.fromCharCode(byte));
+    if (under) waiting.push(line);
+    else carryOut(line);
+    line = "";
+  };
+  const renew = () => {
+    port.writable = new WritableStream({
+      async write(bytes) {
+        if (window.isHeld) await new Promise((resolve, reject) => held.push({ resolve, reject }));
+        bytes.forEach(take);
+      },
+      abort: renew,
+    });
+    for (const { reject } of held.splice(0)) reject(new Error("aborted"));
+  };
+  const listen = () => void (port.readable = new ReadableStream({ start: (it) => void (stream = it) }));
+  const port = {
+    readable: null, writable: null,
+    async open() {
+      [line, under, waiting, window.isHeld] = ["", null, [], false];
+      listen();
+      renew();
+    },
+    async close() {
+      port.readable = port.writable = null;
+    },
+  };
+  window.wrong = () => {
+    const broken = stream;
+    listen();
+    broken.error(new DOMException("A framing error has been detected.", "FramingError"));
+  };
+  window.unplug = () => {
+    const lost = new DOMException("The device has been lost.", "NetworkError");
+    port.readable = port.writable = null;
+    stream.error(lost);
+    for (const { reject } of held.splice(0)) reject(lost);
+  };
+  Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
+`;
