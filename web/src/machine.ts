@@ -218,6 +218,10 @@ export class Machine {
       }
       case "motion":
         this.moves(entry);
+        return;
+      case "news":
+        // It stands at another moment: the motion that was drawn is not the one that goes on there.
+        if (entry.about?.deed === "restore") [this.trail, this.began] = [[], null];
     }
   }
 

@@ -39,6 +39,8 @@ struct Kept {
     begun: VecDeque<(CommandNumber, Arc<Item>)>,
     /// The motion that has begun, or its last change.
     course: Option<Arc<Item>>,
+    /// It was put into another state, and no motion has been told of since: one may be under way.
+    is_elsewhere: bool,
 }
 
 /// One thing that happened.
@@ -153,11 +155,12 @@ impl Feed {
         (journal, kept.last - kept.items.len() as u64)
     }
 
-    /// The number of the latest entry, and whether something moves.
+    /// The number of the latest entry, and whether something moves: not known after it was put into
+    /// another state, before the next is told of a motion.
     #[must_use]
-    pub fn state(&self) -> (u64, bool) {
+    pub fn state(&self) -> (u64, Option<bool>) {
         let kept = self.kept();
-        (kept.last, kept.course.is_some())
+        (kept.last, (!kept.is_elsewhere).then_some(kept.course.is_some()))
     }
 }
 
@@ -200,6 +203,7 @@ impl Kept {
             Some(Motion::Changes { .. } | Motion::Ends { .. }) => self.course.clone(),
             _ => None,
         };
+        self.is_elsewhere &= motion.is_none();
         self.last += 1;
         let (number, command) = (self.last, command.cloned());
         let item = Item { number, report, means, command, course, json: OnceLock::new() };
@@ -220,6 +224,7 @@ impl Kept {
         if let Some(News::Deed { deed: Deed::Restore, .. }) = item.report.news() {
             // It stands at another moment now, of which nothing is known.
             (self.course, self.begun) = (None, VecDeque::new());
+            self.is_elsewhere = true;
         }
         if self.items.len() >= most
             && let Some(oldest) = self.items.pop_front().and_then(|oldest| oldest.entry())

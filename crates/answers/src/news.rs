@@ -151,7 +151,9 @@ impl Followed {
     #[must_use]
     pub fn looks(&self, feed: &Feed) -> Option<Stand> {
         let stand = Stand(feed.state());
-        (stand.moves() || self.looked != Some(stand)).then_some(stand)
+        let last = self.position.as_ref();
+        let moves = stand.0.1.unwrap_or_else(|| last.is_some_and(Position::moves));
+        (moves || self.looked != Some(stand)).then_some(stand)
     }
 
     /// The message with where the axes are, if that is news: the latest only, however slow the client is.
@@ -164,21 +166,22 @@ impl Followed {
         let mut message = serde_json::to_value(&position).unwrap_or_default();
         message["type"] = "position".into();
         message["controller"] = (self.place + 1).into();
-        message["moving"] = stand.moves().into();
+        message["moving"] = stand.0.1.unwrap_or_else(|| position.moves()).into();
         self.position = Some(position);
         Some(message.to_string())
     }
 }
 
-/// How things stand at a controller: the number of the last entry, and whether something moves.
+/// How things stand at a controller: the number of the last entry, and whether something moves, if
+/// what was told says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stand((u64, bool));
+pub struct Stand((u64, Option<bool>));
 
 impl Stand {
-    /// Whether something moves.
+    /// Whether something moves for sure.
     #[must_use]
     pub fn moves(self) -> bool {
-        self.0.1
+        self.0.1 == Some(true)
     }
 }
 

@@ -37,6 +37,24 @@ impl Position {
         }
     }
 
+    /// Whether it is one on the way of a motion.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        matches!(
+            self.activity,
+            Activity::Move
+                | Activity::Arc
+                | Activity::FollowingVectors
+                | Activity::ProgramMove
+                | Activity::FollowingTrackball
+                | Activity::SelfTest
+                | Activity::ReferenceTowardsSwitch
+                | Activity::ReferenceOutOfSwitch
+                | Activity::ReferenceFreeSteps
+                | Activity::LeavingLimitSwitch
+        )
+    }
+
     /// Whether it differs in more than the time.
     #[must_use]
     pub fn differs(&self, other: &Position) -> bool {

@@ -217,6 +217,45 @@ fn who_goes_back_leaves_the_way_there_and_stands_where_it_went() {
     );
 }
 
+#[test]
+fn positions_are_told_of_a_motion_that_goes_on_from_the_past() {
+    let mut desk = Desk::new();
+    let ask = |desk: &mut Desk, method: &str, path: &str, body: Value| {
+        let (status, answer) = asked(desk, method, &format!("/v1/controllers/1/{path}"), &body);
+        assert_eq!(status, 200, "{path}: {answer}");
+    };
+    let heard = |desk: &mut Desk, now: f64| -> Vec<Value> {
+        let messages: Vec<Value> = serde_json::from_str(&desk.hear(now)).unwrap();
+        messages.into_iter().filter(|message| message["type"] == "position").collect()
+    };
+    let (status, hello) = asked(&mut desk, "PUT", "/v1/events", &json!({ "positions": 20 }));
+    assert_eq!(status, 200, "{hello}");
+    heard(&mut desk, 0.0);
+    let line = "@07\r@0A8000,2000,0,900,0,900,0,900\r";
+    ask(&mut desk, "POST", "line", json!({ "send": line }));
+    heard(&mut desk, 1_000.0);
+    let take = |desk: &mut Desk, at: u64| {
+        ask(desk, "POST", "history/go", json!({ "at": at }));
+        ask(desk, "POST", "history/take", Value::Null);
+        ask(desk, "DELETE", "debugger", Value::Null);
+    };
+    take(&mut desk, 500_000_000);
+    let mut last = 0;
+    for i in 1..=8 {
+        let told = heard(&mut desk, 1_000.0 + 100.0 * f64::from(i));
+        let x = told.first().and_then(|told| told["positions"][0].as_i64()).unwrap_or_default();
+        assert!(last < x && x < 8_000, "{last} and then {told:?}");
+        assert_eq!(told[0]["moving"], true, "{told:?}");
+        last = x;
+    }
+    let end = heard(&mut desk, 9_000.0);
+    assert_eq!((&end[0]["positions"][0], &end[0]["moving"]), (&json!(8_000), &json!(false)));
+    // Where nothing moves nothing more is told.
+    take(&mut desk, 6_000_000_000);
+    heard(&mut desk, 9_100.0);
+    assert_eq!(heard(&mut desk, 9_200.0), Vec::<Value>::new());
+}
+
 /// Plays a recording as `vimc4 replay` does: so many bytes are equal, or where it parts.
 fn played(text: &str) -> Result<u64, String> {
     let recording = Recording::read(text.as_bytes()).unwrap();
