@@ -41,9 +41,9 @@ export class OfAnother extends Error {}
 /** What is no link to a moment at all. */
 export class NoLink extends Error {}
 
-/** The session of a fragment; `null` if there is none, or only the name of a part of the page. */
+/** The session of a fragment; `null` if there is none. */
 export async function read(fragment: string): Promise<Told | null> {
-  if (fragment.length < 2 || document.getElementById(fragment.slice(1))) return null;
+  if (fragment.length < 2) return null;
   if (!/^#\d+\./.test(fragment)) throw new NoLink("no link");
   if (!fragment.startsWith(MARK)) throw new OfAnother("of another version");
   const letters = fragment.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/");

@@ -57,7 +57,9 @@ async function takeTour(name: string): Promise<void> {
     is so instead. */
 async function follow(instead: Word): Promise<boolean> {
   try {
-    const linked = await read(location.hash);
+    const { hash } = location;
+    // It may be the name of a part of the page.
+    const linked = document.getElementById(hash.slice(1)) ? null : await read(hash);
     if (linked) await bench.begin(linked);
     return linked !== null;
   } catch (error) {

@@ -808,6 +808,7 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
     await tab.click(".real button", "Connect");
     await line("@07");
     assert.equal(await sent(), "@07\r");
+    await tab.look(() => window.said("0"));
     await stall(false);
     await line("@0A4000,500,0,900,0,900,0,900");
     await line("@0P");
@@ -839,7 +840,7 @@ test("STOP goes before what a port has not sent, and a port that takes nothing i
       [...document.querySelectorAll(".real button")].find((one) => one.textContent === "Save a recording").click();
     }));
     const given = saved.trim().split("\n").map((line) => JSON.parse(line)).filter((line) => "in" in line || "out" in line).map((line) => line.in ?? line.out);
-    assert.deepEqual(given, ["@07\r", "\u00fd", "F", "@07\r"], "what was given up was not sent");
+    assert.deepEqual(given, ["@07\r", "0", "\u00fd", "F", "@07\r"], "what was given up was not sent");
     await line("@0V");
     assert.equal(await sent(), "@0V\r");
     // Whoever stands at a machine that goes on has to know.

@@ -9,7 +9,7 @@ const load = async (path) => {
   });
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 };
-const { OfAnother, written, read } = await load("link.ts");
+const { NoLink, OfAnother, written, read } = await load("link.ts");
 const { begun, escaped, recorded, STOP, verdict } = await load("exchange.ts");
 const { Commands, Owed, parted } = await load("whose.ts");
 const { kindOf } = await load("files.ts");
@@ -53,7 +53,7 @@ test("a session is what the controller has got, each after the one before, and i
 
 test("what is no link of ours is none, and one that is not whole is refused", async () => {
   assert.equal(await read(""), null);
-  assert.equal(await read("#front"), null);
+  await assert.rejects(read("#front"), NoLink);
   const link = await written(session);
   for (const wrong of [link.slice(0, -7), `${link.slice(0, 9)}!!`, "#1.", "#1.AAAA", await packed([1, 2]), await packed(["imc4", "mill", 0, [[-1, "send", "x"]]]), await packed(["imc4", "mill", 0, [["1", "send", "x"]]])]) {
     await assert.rejects(read(wrong), undefined, wrong);
