@@ -692,7 +692,8 @@ impl Typist {
     /// Waits for something to be said, and types a line.
     fn types(&mut self, asked: &str, typed: &str) {
         self.hears(asked);
-        writeln!(self.terminal, "{typed}").unwrap();
+        // In one piece: of lines that come at once only the first answers.
+        self.terminal.write_all(format!("{typed}\n").as_bytes()).unwrap();
     }
 
     /// Waits for something to be said.

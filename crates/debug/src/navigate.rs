@@ -90,6 +90,7 @@ impl Debugger {
             let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
             let mut met = ids(&walk, history.now());
             let is_step = walk.is_step || met.is_empty();
+            let mut beyond = if found == Found::Nowhere { walk.take_back() } else { Vec::new() };
             notes.append(&mut walk.notes);
             let went_wrong = walk.problems.take().unwrap_or_default().last;
             let has_counted = heeds && way == Way::Forward;
@@ -128,6 +129,7 @@ impl Debugger {
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
+                    notes.append(&mut beyond);
                     self.asks_again(asked, None);
                     if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
                         return self.stopped_after(why, notes, problems);
@@ -162,6 +164,7 @@ impl Debugger {
                     Err(why) => why,
                 },
             };
+            notes.append(&mut beyond);
             return self.stopped_after(why, notes, problems);
         }
         self.stopped_after(Reason::Step(unit), notes, problems)
@@ -214,6 +217,7 @@ impl Debugger {
             };
             let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
             let mut met = ids(&walk, history.now());
+            let mut beyond = if found == Found::Nowhere { walk.take_back() } else { Vec::new() };
             notes.append(&mut walk.notes);
             let went_wrong = walk.problems.take().unwrap_or_default().last;
             if way == Way::Forward {
@@ -247,6 +251,7 @@ impl Debugger {
             let is_missed = asked.is_some() && found == Found::Nowhere;
             let why = match found {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
+                    notes.append(&mut beyond);
                     self.asks_again(asked, None);
                     match self.ends_walk(way, &mut notes, progress) {
                         Some(why) => why,
@@ -275,6 +280,7 @@ impl Debugger {
                     (Ok(false), _) => self.nothing_more(end),
                 },
             };
+            notes.append(&mut beyond);
             return self.stopped_after(why, notes, problems);
         }
     }

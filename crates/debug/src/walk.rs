@@ -32,6 +32,8 @@ pub(crate) struct Walk<'w> {
     /// The breakpoints at which the walk has stopped, and when.
     pub(crate) met: Vec<(BreakpointId, Time)>,
     pub(crate) notes: Vec<Note>,
+    /// How many of them are of the last act, or of before.
+    sure: usize,
     /// The number of notes beyond the limit.
     pub(crate) left_out: u64,
     /// Whether the step ends where the walk has stopped.
@@ -119,6 +121,8 @@ struct Waiting<'w> {
     holds: bool,
     /// The value of the field.
     value: Value,
+    /// How often it was hit up to the last act.
+    sure: u64,
 }
 
 impl<'w> Walk<'w> {
@@ -132,6 +136,7 @@ impl<'w> Walk<'w> {
             conditions,
             met,
             notes,
+            sure: 0,
             left_out: 0,
             is_step: false,
             looked_until: None,
@@ -169,6 +174,7 @@ impl<'w> Walk<'w> {
             source,
             holds: false,
             value: Value::Null,
+            sure: 0,
         }));
         let conditions = self.waiting.iter().map(|waiting| match &waiting.breakpoint.trigger {
             Trigger::Condition(condition) => Some(condition.clone()),
@@ -176,6 +182,23 @@ impl<'w> Walk<'w> {
         });
         self.conditions = conditions.collect();
         self
+    }
+
+    /// The present is where the walk has come to: what was met by now was met on the way there.
+    fn is_sure(&mut self) {
+        self.sure = self.notes.len();
+        for waiting in &mut self.waiting {
+            waiting.sure = waiting.breakpoint.count;
+        }
+    }
+
+    /// The walk has found nothing, and the present is where something happened last. What was met after
+    /// that is not on the way there: it is not counted, and what it would note is returned.
+    pub(crate) fn take_back(&mut self) -> Vec<Note> {
+        for waiting in &mut self.waiting {
+            waiting.breakpoint.count = waiting.sure;
+        }
+        self.notes.split_off(self.sure.min(self.notes.len()))
     }
 
     /// Whether the walk ends because a breakpoint is met at `at`.
@@ -520,6 +543,7 @@ impl Sought<Wired> for Walk<'_> {
         for waiting in &mut self.waiting {
             waiting.begin(device);
         }
+        self.is_sure();
     }
 
     fn between(&mut self, device: &Wired, until: Time, which: Which) -> Option<Time> {
@@ -567,6 +591,7 @@ impl Sought<Wired> for Walk<'_> {
         if found {
             self.is_step = is_step;
         }
+        self.is_sure();
         found
     }
 

@@ -4,8 +4,8 @@
 
 mod drive;
 
-use vimc4_debug::{DebugError, Debugger, Reason, Remedy, uninterrupted};
-use vimc4_device::{Device, Input};
+use vimc4_debug::{DebugError, Debugger, Reason, Remedy, Way, uninterrupted};
+use vimc4_device::{Device, Input, Time};
 
 use drive::{debugger, run, stop};
 
@@ -120,6 +120,26 @@ fn hits_are_counted_at_the_same_places_both_ways() {
         let behind: Vec<i64> = wanted.iter().copied().filter(|place| *place > 7).collect();
         assert_eq!(walk("continue", &mut debugger), behind, "{hits}");
     }
+}
+
+#[test]
+fn hits_are_counted_once_however_often_a_walk_ends_at_a_time() {
+    let mut debugger = debugger("imc4", "bench");
+    debugger.give(Input::Bytes(b"@01\r@0A1000,1000\r"));
+    debugger.give(Input::Bytes(b"@0A-1000,1000\r"));
+    run(&mut debugger, &["break x = 500 hit 2", "break x = 500 log {x}"]);
+    let mut notes = Vec::new();
+    let (mut met, mut until) = (Reason::Time, 0);
+    while met == Reason::Time && until < 3_000 {
+        until += 10;
+        let at = Time::from_nanos(until * 1_000_000);
+        let stop = debugger.go(Way::Forward, Some(at), &mut uninterrupted);
+        notes.extend(stop.notes.iter().map(|note| note.text.clone()));
+        met = stop.why;
+    }
+    assert_eq!(met.to_string(), "breakpoint 1");
+    run(&mut debugger, &["assert x = 500", "assert x.speed < 0"]);
+    assert_eq!(notes, ["500", "500"]);
 }
 
 #[test]
