@@ -340,7 +340,10 @@ impl Live {
         let is_there = self.run_to(to, FORESIGHT);
         let now = self.now();
         self.pace.restart(moment, now);
-        self.tell(now, What::Input { by: page(), input: OwnedInput::Wake });
+        // Where it was paused on the way, something may be left to be done at this instant.
+        if self.pause.is_none() {
+            self.tell(now, What::Input { by: page(), input: OwnedInput::Wake });
+        }
         self.settle();
         match is_there || self.pause.is_some() {
             true => Ok(now),
@@ -620,11 +623,35 @@ impl Live {
         self.settle();
     }
 
-    /// Gives what was recorded, at its time.
-    pub(crate) fn replay(&mut self, at: Time, input: OwnedInput, by: &Source) {
+    /// Lets time pass up to what was recorded then.
+    pub(crate) fn replay_to(&mut self, at: Time) {
         while !self.run_to(at, BATCH) && self.pause.is_none() {}
-        if input != OwnedInput::Wake {
-            self.input(input, at, by);
+    }
+
+    /// Gives what was recorded, at its time. What comes of it at once is done now, or, where the controller was
+    /// led cause by cause, when it is recorded.
+    pub(crate) fn replay(&mut self, at: Time, input: OwnedInput, by: &Source, is_led: bool) {
+        self.replay_to(at);
+        if input == OwnedInput::Wake {
+            return;
+        }
+        match is_led {
+            true => self.accept(input, at, by),
+            false => self.input(input, at, by),
+        }
+    }
+
+    /// Goes to where the recorded controller stood: all is done that is due before this instant, and so many
+    /// more causes of those due at it, or all of them.
+    pub(crate) fn replay_into(&mut self, at: Time, causes: Option<u32>) {
+        let Some(causes) = causes else { return self.replay_to(at) };
+        if let Some(before) = at.as_nanos().checked_sub(1).map(Time::from_nanos)
+            && before > self.now()
+        {
+            self.replay_to(before);
+        }
+        for _ in 0..causes {
+            self.moment_at(at);
         }
     }
 

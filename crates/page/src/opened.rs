@@ -6,7 +6,7 @@ use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
 use vimc4_control::Source;
-use vimc4_device::{Device, Line, LineState, Names, OwnedInput};
+use vimc4_device::{Device, Line, LineState, Names};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
 use crate::live::Live;
@@ -61,22 +61,33 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     // So that all of it can be saved, with what follows.
     live.record();
     let names = Names::of(&live.line);
+    // While it was led cause by cause, it was told where it stood.
+    let mut is_led = false;
     for entry in entries {
+        let is_ahead = entry.at > live.now();
         match &entry.what {
             What::Given { by, given } => {
                 let input = known(&names, given).map_err(|why| at_line(entry.line, why))?;
-                live.replay(entry.at, input, &Source::Controls(by.clone()));
+                live.replay(entry.at, input, &Source::Controls(by.clone()), is_led);
             }
             What::State { by: Some(by), state } => {
                 let state = state_of(entry.line, state)?;
+                if is_ahead && !is_led {
+                    live.replay_to(entry.at);
+                }
                 live.restore(0, &Source::Controls(by.clone()), state);
             }
             What::Mark(name) => {
                 live.line.debugger.mark(name.as_str());
             }
-            What::Sent(_) | What::End(_) if entry.at > live.now() => {
-                live.replay(entry.at, OwnedInput::Wake, &Source::Controls("".into()));
+            What::Sent(_) | What::End(_) if is_ahead && !is_led => {
+                live.replay_to(entry.at);
             }
+            What::Stands(causes) => {
+                is_led = true;
+                live.replay_into(entry.at, *causes);
+            }
+            What::Goes => is_led = false,
             _ => {}
         }
     }

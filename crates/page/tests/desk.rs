@@ -166,6 +166,36 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
 }
 
 #[test]
+fn a_recording_ends_where_it_was_paused_between_two_things_at_one_instant() {
+    let mut desk = Desk::new();
+    let mut ask = done(&mut desk);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "recording", Value::Null);
+    ask("POST", "line", json!({ "send": "@01\r@0A100,900\r" }));
+    ask("POST", "clock/advance", json!({ "span": "10ms" }));
+    ask("POST", "breakpoints", json!({ "condition": "command @P" }));
+    // These are carried out at the instant at which the move ends.
+    ask("POST", "line", json!({ "send": "@0P\r@0V\r" }));
+    ask("POST", "clock/run-until", json!({ "condition": "idle" }));
+    let said = |desk: &mut Desk| -> Vec<Value> {
+        let journal = done(desk)("GET", "journal?kinds=command,answer", Value::Null);
+        journal["entries"].as_array().unwrap().iter().map(|entry| entry["text"].clone()).collect()
+    };
+    drop(ask);
+    for (step, count) in [("cause", 6), ("rest", 8)] {
+        let recording = done(&mut desk)("GET", "recording", Value::Null);
+        let Value::String(text) = recording else { panic!("no text") };
+        assert!(played(&text).is_ok(), "{text}");
+        let mut other = Desk::new();
+        let body = json!({ "text": text });
+        assert_eq!(asked(&mut other, "PUT", "/v1/recording", &body).0, 200);
+        assert_eq!(said(&mut other), said(&mut desk), "{text}");
+        assert_eq!(said(&mut desk).len(), count);
+        assert_eq!(done(&mut desk)("POST", "clock/step", Value::Null)["step"], step);
+    }
+}
+
+#[test]
 fn the_quirks_are_listed_with_values_that_can_be_asked_for() {
     let mut desk = Desk::new();
     let (status, quirks) = asked(&mut desk, "GET", "/v1/controllers/1/quirks", &Value::Null);
