@@ -28,8 +28,9 @@ export interface Exchange {
   isAnswered: boolean;
   /** Nobody can know whether the real one has said this to it, or to another line that waited. */
   isUnsure: boolean;
-  /** What may still come is not awaited: another line has followed, or the port was closed. */
-  over: "" | "next" | "closed";
+  /** What may still come is not awaited: another line has followed, or the port was closed. Where nothing has come for long,
+      it is late. */
+  over: "" | "late" | "next" | "closed";
   /** Which values of the profile would make the virtual one answer so. */
   causes: string[];
   /** Why they cannot be compared: the virtual one had something to do besides, of which the real one knows nothing; or
@@ -37,7 +38,7 @@ export interface Exchange {
   apart: "" | "apart" | "part";
 }
 
-export type Verdict = "same" | "bytes" | "time" | "open" | "silent" | "apart" | "unsure" | "closed" | Exclude<Went, "out">;
+export type Verdict = "same" | "bytes" | "time" | "open" | "late" | "silent" | "apart" | "unsure" | "closed" | Exclude<Went, "out">;
 
 /** How STOP is called among the lines: it is a byte, and no line. */
 export const STOP = "STOP (253)";
@@ -69,7 +70,10 @@ export function verdict({ went, real, virtual, isAnswered, apart, isUnsure, over
   if (isUnsure) return "unsure";
   const isBegun = real.bytes.startsWith(virtual.bytes) || virtual.bytes.startsWith(real.bytes);
   const isAwaited = over !== "next" && !(isAnswered && real.bytes.length > virtual.bytes.length);
-  if (isBegun && isAwaited && (!isSame || real.bytes === "")) return over === "closed" ? "closed" : "open";
+  if (isBegun && isAwaited && (!isSame || real.bytes === "")) {
+    if (over === "late") return isSame ? "silent" : "late";
+    return over === "closed" ? "closed" : "open";
+  }
   if (!isSame) return "bytes";
   if (real.bytes === "") return "silent";
   const [one, other] = [real.after ?? 0, virtual.after ?? 0];

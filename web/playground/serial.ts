@@ -5,7 +5,7 @@ import type { Machine } from "../src/machine";
 import { figure } from "../src/words";
 import { begun, byteOf, recorded, STOP, verdict, type Exchange, type Passed } from "./exchange";
 import { keep } from "./files";
-import { Commands, Owed, parted, QUIET } from "./whose";
+import { Commands, Owed, QUIET } from "./whose";
 import { tell } from "./words";
 
 /** What is used of Web Serial, which the types of browsers do not have yet. */
@@ -249,7 +249,7 @@ export class Beside {
     // Whoever puts it back has it do something again, or something else.
     const back = news.findIndex(({ about }) => about?.deed === "restore");
     this.commands.hear(back >= 0 ? news.slice(0, back) : news);
-    if (back >= 0) parted(this.commands.end());
+    if (back >= 0) this.commands.end(true);
     if (!machine.clock?.paused) this.commands.idle(performance.now());
     this.line?.owed.share();
   }
@@ -263,7 +263,7 @@ export class Beside {
   /** Something else is done with the virtual controller. What it has said stays; where that was not all, it cannot be compared. */
   part(machine?: Machine): void {
     this.hear(machine);
-    parted(this.commands.end());
+    this.commands.end(true);
   }
 }
 
@@ -320,11 +320,12 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
     if (field.value !== "") void app.send(field.value).then((isGiven) => isGiven && (field.value = ""));
   };
   const form = h("form", { class: "bar", onsubmit: submit }, field, send, stop, save);
+  const [harmless, cannot] = [h("code"), h("strong")];
   const state = h("p", { class: "note", attrs: { role: "status" } });
   const element = card("real", tell("real"),
     h("p", { class: "note" }, tell("realAbout")),
     ...(serial
-      ? [h("p", { class: "note" }, `${tell("danger")} @0P.`),
+      ? [h("p", { class: "note" }, `${tell("danger")} `, harmless, ". ", cannot),
         h("div", { class: "bar" }, h("label", {}, `${tell("baud")} `, rate), h("label", { class: "tick" }, ready, tell("understood")), connect), form, state,
         table, h("p", { class: "note" }, tell("tolerance"))]
       : [h("p", { class: "note" }, tell("noSerial"))]));
@@ -410,9 +411,10 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
   };
 
   const WORDS = {
-    same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", silent: "silent", apart: "apart", waits: "notSentYet", cut: "notWholly",
+    same: "same", bytes: "bytesDiffer", time: "timesDiffer", open: "noAnswerYet", late: "late", silent: "silent", apart: "apart", waits: "notSentYet", cut: "notWholly",
     unsent: "unsent", closed: "portClosed", unsure: "unsure",
   } as const;
+  let quiet: ReturnType<typeof setTimeout> | undefined;
   const told = (exchange: Exchange): string => {
     const found = verdict(exchange);
     if (found === "silent" && exchange.line === STOP) return tell("stopSilent");
@@ -432,17 +434,25 @@ export function serialPart(app: App, it: Beside): Part & { open(): void } {
       put(connect, tell(it.line ? "disconnect" : "connect"));
       connect.disabled = !it.line && !ready.checked;
       rate.disabled = it.line !== null;
-      stop.disabled = it.line === null;
+      // A controller of LPKF ends its motion, whatever comes.
+      const canStop = app.machine?.about.family !== "lpkf";
+      stop.disabled = it.line === null || !canStop;
+      put(cannot, canStop ? "" : tell("noStop"));
+      field.placeholder = canStop ? "@0P" : "!ON0;";
+      put(harmless, field.placeholder);
       // What is sent into the past of the virtual one goes to no machine.
       field.disabled = send.disabled = it.line === null || (app.past?.isOpen ?? false);
       save.disabled = !it.kept || it.kept.passed.length === 0;
       const exchanges = it.kept?.exchanges ?? [];
       const last = exchanges.at(-1);
       it.hear(app.machine);
+      // Where nothing moves nothing is told, and nothing drawn, when it has become quiet.
+      const left = it.line?.owed.settle(performance.now()) ?? null;
+      clearTimeout(quiet);
+      if (left !== null) quiet = setTimeout(() => app.changed(), left);
       const other = exchanges.findLast((exchange) => verdict(exchange) === "bytes");
       if (other && it.line && it.asked !== other) {
         if (performance.now() - it.line.heard > QUIET) void explain(other);
-        // Where nothing moves nothing is told, and nothing drawn, when it has become quiet.
         else setTimeout(() => app.changed(), QUIET);
       }
       const said = last ? `${last.line}: ${told(last)}` : "";

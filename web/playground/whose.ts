@@ -79,14 +79,17 @@ export class Commands {
     for (const { exchange, since } of this.given) exchange.isAnswered ||= now - since > IDLE;
   }
 
-  /** Nothing comes any more; returns the lines that were not answered wholly. */
-  end(): Exchange[] {
-    const missed = this.given.map(({ exchange }) => exchange).filter(({ isAnswered }) => !isAnswered);
-    for (const exchange of missed) exchange.isAnswered = true;
+  /** Nothing comes any more. Where that is because something else was done instead, lines of which it was not all cannot
+      be compared. */
+  end(isElsewhere = false): void {
+    for (const { exchange } of this.given) {
+      if (exchange.isAnswered) continue;
+      if (isElsewhere && verdict(exchange) === "open") exchange.apart = "apart";
+      exchange.isAnswered = true;
+    }
     this.given = [];
     this.owners.clear();
     this.place = 0;
-    return missed;
   }
 }
 
@@ -120,6 +123,7 @@ export class Owed {
     for (const byte of bytes.subarray(0, room)) this.came.push({ text: escaped([byte]), at });
     const last = this.came.at(-1);
     if (last) last.at = at;
+    for (const line of this.lines) if (line.over === "late") line.over = "";
     this.share();
   }
 
@@ -131,15 +135,38 @@ export class Owed {
     this.came = [];
   }
 
-  private isSettled(now: number): boolean {
-    const last = this.lines.at(-1);
-    if (!last) return true;
-    if (this.lines.some(({ isAnswered }) => !isAnswered)) return false;
-    const silence = now - Math.max(last.from, this.came.at(-1)?.at ?? 0);
-    const late = LATE + 2 * Math.max(...this.lines.map(({ virtual }) => virtual.after ?? 0));
-    if (this.lines.some(({ apart }) => apart !== "")) return silence > late;
+  /** Once silence has lasted it is settled whose is what has come. Lines to which nothing was said go on waiting. Returns
+      after how many ms that may be, and null where something else has to come before. */
+  settle(now: number): number | null {
+    const patience = this.patience();
+    if (patience === null || this.lines.every(({ over }) => over === "late")) return null;
+    const left = Math.max(patience, QUIET) - this.silence(now);
+    if (left > 0) return left;
+    for (const line of this.lines) line.over = "next";
+    this.share();
+    this.lines = this.lines.slice(this.lines.findLastIndex(({ real, isUnsure }) => real.bytes !== "" || isUnsure) + 1);
+    this.came = [];
+    for (const line of this.lines) line.over = "late";
+    return null;
+  }
+
+  /** How long it must be silent until nothing more is said to these lines, in ms; null while nobody can know. */
+  private patience(): number | null {
+    if (this.lines.some(({ isAnswered }) => !isAnswered)) return null;
+    const late = LATE + 2 * Math.max(0, ...this.lines.map(({ virtual }) => virtual.after ?? 0));
+    if (this.lines.some(({ apart }) => apart !== "")) return late;
     const [text, wanted] = [textOf(this.came), this.lines.map(({ virtual }) => virtual.bytes).join("")];
-    return text === wanted || silence > (wanted.startsWith(text) ? late : QUIET);
+    if (text === wanted) return 0;
+    return wanted.startsWith(text) ? late : QUIET;
+  }
+
+  private silence(now: number): number {
+    return now - Math.max(this.lines.at(-1)?.from ?? 0, this.came.at(-1)?.at ?? 0);
+  }
+
+  private isSettled(now: number): boolean {
+    const patience = this.patience();
+    return patience === 0 || (patience !== null && this.silence(now) > patience);
   }
 
   /** Hands out what has come. It is done again whenever either of them has said more. */
@@ -179,9 +206,4 @@ function share(line: Exchange, next: Exchange, came: readonly Came[]): number | 
   const pause = came.findIndex(({ at }, i) => i >= Math.max(early, 1) && at - came[i - 1]!.at >= QUIET);
   if (pause >= 0) return pause;
   return early === came.length || !line.isAnswered ? came.length : null;
-}
-
-/** What is said of the virtual one from now on is of something else: where that was not all, it cannot be compared. */
-export function parted(missed: readonly Exchange[]): void {
-  for (const line of missed) if (verdict(line) === "open") line.apart = "apart";
 }

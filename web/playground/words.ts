@@ -98,6 +98,7 @@ const TABLE = {
   apart: ["not compared: the virtual one did something else besides", "nicht verglichen: Die virtuelle tat noch etwas anderes"],
   noAnswerYet: ["no answer yet", "noch keine Antwort"],
   noAnswer: ["no answer", "keine Antwort"],
+  late: ["the real one has not answered so far", "die echte hat bisher nicht geantwortet"],
   silent: ["neither has answered", "keine hat geantwortet"],
   notSentYet: ["not sent yet", "noch nicht gesendet"],
   notWholly: ["given up before it was sent whole", "aufgegeben, bevor sie ganz gesendet war"],
@@ -121,6 +122,10 @@ const TABLE = {
   notStopped: [
     "THE REAL MACHINE WAS NOT STOPPED: its port takes no bytes. Use its emergency stop.",
     "DIE ECHTE MASCHINE WURDE NICHT ANGEHALTEN: Ihre Schnittstelle nimmt keine Bytes an. Drück ihren Not-Halt.",
+  ],
+  noStop: [
+    "This controller has no byte that stops a motion: !ST; holds up what comes after it. Only its emergency stop stops it.",
+    "Diese Steuerung hat kein Byte, das eine Bewegung anhält: !ST; hält auf, was danach kommt. Nur ihr Not-Halt hält sie an.",
   ],
   stoppedLate: ["Only now the real machine was told to stop.", "Erst jetzt wurde der echten Maschine gesagt, dass sie anhalten soll."],
   cutOff: ["STOP went before the rest of the line", "STOP ging vor dem Rest der Zeile"],

@@ -132,7 +132,12 @@ export class App {
 
   /** Sends a line, as the host does, and says whether it could. */
   async send(line: string): Promise<boolean> {
-    if (this.past?.isOpen) return this.past.do({ send: `${line}\r` });
+    if (this.past?.isOpen) {
+      const { isNow } = this.past;
+      const isDone = await this.past.do({ send: `${line}\r` });
+      if (isDone && isNow) this.onNotice(say("waitsForLeaving"), false, true);
+      return isDone;
+    }
     const isGiven = await this.give(line);
     // Nothing is seen of it before time goes on.
     if (isGiven && this.machine?.clock?.paused) this.onNotice(say("waitsForResume"), false, true);

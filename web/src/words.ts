@@ -136,7 +136,12 @@ const TABLE = {
     "Time is paused: what was sent is heard after Resume or Step.",
     "Die Zeit ist angehalten: Was gesendet wurde, kommt nach Weiter oder Einzelschritt an.",
   ],
+  waitsForLeaving: [
+    "The controller is held while its past is looked at: what was sent is heard after Leave the past.",
+    "Die Steuerung steht, solange ihre Vergangenheit betrachtet wird: Was gesendet wurde, kommt nach Vergangenheit verlassen an.",
+  ],
   running: ["running", "läuft"],
+  stands: ["stands still", "steht"],
   advance: ["Advance by", "Vorstellen um"],
   go: ["Go", "Los"],
   runUntil: ["Run until", "Laufen bis"],

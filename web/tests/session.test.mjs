@@ -11,7 +11,7 @@ const load = async (path) => {
 };
 const { NoLink, OfAnother, written, read } = await load("link.ts");
 const { begun, escaped, recorded, STOP, verdict } = await load("exchange.ts");
-const { Commands, Owed, parted } = await load("whose.ts");
+const { Commands, Owed } = await load("whose.ts");
 const { kindOf } = await load("files.ts");
 const { Session } = await load("session.ts");
 
@@ -140,9 +140,14 @@ test("a line may have several commands, or none, and the same one may be sent tw
   const left = begun("@0A9,9");
   left.went = "out";
   commands.give(left, 0, 0);
-  parted(commands.end());
+  commands.end(true);
   commands.hear(told(["command", 1, 1, "@0A9,9"], ["answer", 1, 1, "0"]));
   assert.deepEqual([left.virtual.bytes, verdict(left)], ["", "apart"]);
+  // So is a line that the real one has answered already.
+  const behind = { ...begun("@0A9,9"), went: "out", real: { bytes: "0", after: 9 } };
+  commands.give(behind, 0, 0);
+  commands.end(true);
+  assert.equal(verdict(behind), "apart");
 });
 
 /** Lines that went out, each with when and what the virtual one has said to it; null if it has not yet. */
@@ -210,6 +215,36 @@ test("what was said before a line went out is not said to it, and late answers a
   given.owed.drop(given.all[0]);
   given.say(10, "000");
   assert.deepEqual(given.seen(), ["", "000"]);
+});
+
+test("silence settles whose an answer is, and who has said nothing is still waited for", () => {
+  const { owed, say, seen, verdicts } = owing(["@0P", 0, "0000"], ["@07", 1_200, "0"]);
+  say(50, "0");
+  say(1_250, "0");
+  assert.deepEqual([owed.settle(2_000), verdicts()], [1_250, ["open", "open"]]);
+  assert.equal(owed.settle(3_251), null);
+  assert.deepEqual([seen(), verdicts()], [["0", "0"], ["bytes", "same"]]);
+  // What nobody has asked for changes nothing of that.
+  say(4_000, "ST");
+  assert.deepEqual(seen(), ["0", "0"]);
+  const same = owing(["@07", 0, "0"]);
+  same.say(60, "0");
+  assert.equal(same.owed.settle(100), 260);
+  assert.equal(same.owed.settle(400), null);
+  same.say(1_288, "ST");
+  assert.deepEqual([same.seen(), same.verdicts()], [["0"], ["time"]]);
+  // A real reference run may take longer than that of the virtual one.
+  const run = owing(["@07", 0, "0"], ["@0R7", 10, "0"]);
+  run.say(5, "0");
+  assert.equal(run.owed.settle(1_000), 1_010);
+  run.owed.settle(2_011);
+  assert.deepEqual(run.verdicts(), ["same", "late"]);
+  assert.equal(run.owed.settle(9_000), null);
+  run.say(25_000, "0");
+  assert.deepEqual([run.seen(), run.verdicts()], [["0", "0"], ["same", "time"]]);
+  const none = owing(["@07", 0, "0"], [STOP, 10, ""]);
+  none.owed.settle(2_011);
+  assert.deepEqual(none.verdicts(), ["late", "silent"]);
 });
 
 test("a real conversation is a recording in ASCII, with the head of the virtual controller", () => {

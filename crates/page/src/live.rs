@@ -355,6 +355,9 @@ impl Live {
     pub(crate) fn set_clock(&mut self, moment: u64, clock: Clock) {
         self.catch_up(moment);
         self.pace.clock = clock;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.set_clock(clock);
+        }
         self.pace.restart(moment, self.now());
     }
 

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
-use vimc4_control::Source;
+use vimc4_control::{Clock, Source};
 use vimc4_device::{Device, Line, LineState, Names};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
@@ -55,7 +55,9 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
             break;
         }
     }
-    let clock = head.clock.parse().unwrap_or_default();
+    // Whoever goes on from it sees time pass, as fast as it did then, or as it does.
+    let clock = head.clock.parse().ok().filter(|clock: &Clock| clock.rate().is_some());
+    let clock = clock.unwrap_or(Clock::Real);
     let mut served = Served::new(Live::new(model, machine, line, clock));
     let live = &mut served.live;
     // So that all of it can be saved, with what follows.

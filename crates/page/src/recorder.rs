@@ -19,7 +19,8 @@ pub(crate) fn written(line: &Kept) -> Value {
 /// What has been recorded so far.
 #[derive(Debug)]
 pub(crate) struct Recorder {
-    pub(crate) lines: Vec<u8>,
+    head: Head,
+    lines: Vec<u8>,
     names: Names,
     /// News that came after what was told last.
     news: Vec<(Time, Value)>,
@@ -49,9 +50,12 @@ impl Recorder {
             part: 1,
             began: None,
         };
-        let mut lines = Vec::new();
-        head.put(&mut lines);
-        Recorder { lines, names, news: Vec::new() }
+        Recorder { head, lines: Vec::new(), names, news: Vec::new() }
+    }
+
+    /// The clock that it goes by now, which is that of its end.
+    pub(crate) fn set_clock(&mut self, clock: Clock) {
+        self.head.clock = clock.to_string();
     }
 
     fn put(&mut self, at: Time, what: What) {
@@ -100,11 +104,11 @@ impl Recorder {
 
     /// All of it up to now, with an end.
     pub(crate) fn text(&self, now: Time) -> String {
-        let mut whole = Recorder {
-            lines: self.lines.clone(),
-            names: Names::default(),
-            news: self.news.clone(),
-        };
+        let mut lines = Vec::with_capacity(self.lines.len());
+        self.head.put(&mut lines);
+        lines.extend_from_slice(&self.lines);
+        let (head, news) = (self.head.clone(), self.news.clone());
+        let mut whole = Recorder { head, lines, names: Names::default(), news };
         whole.put_news(now);
         whole.put(now, What::End("it was saved".to_owned()));
         String::from_utf8_lossy(&whole.lines).into_owned()

@@ -158,11 +158,27 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
     assert_eq!((status, answer), (200, json!({ "torn": null, "is_whole": true })));
     let again = asked(&mut other, "GET", "/v1/controllers/1/view", &Value::Null).1;
     assert_eq!(again, view);
+    // Whoever goes on from there sees time pass, although it had been moved on by hand.
+    assert_eq!(done(&mut other)("GET", "clock", Value::Null)["clock"], "real");
     // What is missing is said.
     let lines = text.lines().count();
     let half = json!({ "text": &text[..text.len() - 5] });
     let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &half);
     assert_eq!((status, answer), (200, json!({ "torn": lines, "is_whole": false })));
+}
+
+#[test]
+fn a_recording_tells_of_the_clock_that_was_set_last() {
+    let mut desk = Desk::new();
+    let mut ask = done(&mut desk);
+    ask("PUT", "clock", json!({ "clock": "manual" }));
+    ask("POST", "recording", Value::Null);
+    ask("PUT", "clock", json!({ "clock": "8x" }));
+    let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
+    assert!(text.lines().next().unwrap().contains(r#""clock":"8x""#), "{text}");
+    let mut other = Desk::new();
+    assert_eq!(asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text })).0, 200);
+    assert_eq!(done(&mut other)("GET", "clock", Value::Null)["clock"], "8x");
 }
 
 #[test]

@@ -74,11 +74,11 @@ export function clock(app: App): Part {
       cancel.hidden = journeys === 0;
       if (!clock) return;
       const { paused } = clock;
-      put(state, paused ? say("paused") : say("running"));
+      const isManual = clock.clock === "manual";
+      put(state, say(paused ? "paused" : isManual ? "stands" : "running"));
       put(pause, say(paused ? "resume" : "pause"));
       pause.dataset.deed = paused ? "resume" : "pause";
       step.disabled = !paused;
-      const isManual = clock.clock === "manual";
       const can = isManual ? [] : clock.changes_to;
       paces.from([clock.clock, can], () => {
         const offered = PACES.filter((name) => can.includes(name === "instant" ? name : "speed"));
