@@ -83,7 +83,7 @@ pub(crate) mod work {
 pub(crate) mod recorder {
     use serde_json::Value;
     use vimc4_catalogue::{Machine, Model};
-    use vimc4_control::{Clock, Report};
+    use vimc4_control::Report;
     use vimc4_device::Names;
 
     use crate::kept::Kept;
@@ -92,7 +92,7 @@ pub(crate) mod recorder {
     pub(crate) struct Recorder;
 
     impl Recorder {
-        pub(crate) fn begin(_: &Model, _: &Machine, _: &Kept, _: Clock, _: Names) -> Recorder {
+        pub(crate) fn begin(_: &Model, _: &Machine, _: &Kept, _: Names) -> Recorder {
             Recorder
         }
 

@@ -177,8 +177,8 @@ impl Live {
 
     /// Everything is recorded from now on.
     pub(crate) fn record(&mut self) {
-        let Live { model, machine, line, pace, names, .. } = self;
-        self.recorder = Some(Recorder::begin(model, machine, line, pace.clock, names.clone()));
+        let Live { model, machine, line, names, .. } = self;
+        self.recorder = Some(Recorder::begin(model, machine, line, names.clone()));
         let state = written(&self.line);
         self.tell(self.now(), What::State { by: None, state });
         self.performed = (self.now(), 0);
@@ -355,9 +355,6 @@ impl Live {
     pub(crate) fn set_clock(&mut self, moment: u64, clock: Clock) {
         self.catch_up(moment);
         self.pace.clock = clock;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.set_clock(clock);
-        }
         self.pace.restart(moment, self.now());
     }
 

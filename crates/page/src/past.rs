@@ -180,7 +180,7 @@ fn not_recorded() -> Problem {
 pub(crate) fn recording(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
     let recorder = live.recorder.as_ref().ok_or_else(not_recorded)?;
-    Ok(Answer::Text(recorder.text(live.now())))
+    Ok(Answer::Text(recorder.text(live.now(), live.pace.clock)))
 }
 
 pub(crate) fn end_recording(desk: &mut Desk, call: &Call) -> Outcome {

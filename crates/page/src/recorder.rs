@@ -27,13 +27,7 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn begin(
-        model: &Model,
-        machine: &Machine,
-        line: &Kept,
-        clock: Clock,
-        names: Names,
-    ) -> Recorder {
+    pub(crate) fn begin(model: &Model, machine: &Machine, line: &Kept, names: Names) -> Recorder {
         let is_paced = line.line().is_paced();
         // Profiles can always be written.
         let head = Head {
@@ -42,7 +36,7 @@ impl Recorder {
             family: model.family().name().to_owned(),
             model: serde_json::to_value(model).unwrap_or_default(),
             machine: serde_json::to_value(machine).unwrap_or_default(),
-            clock: clock.to_string(),
+            clock: String::new(),
             line: if is_paced { LineSort::Paced } else { LineSort::Ideal },
             seed: None,
             from: "the page".to_owned(),
@@ -51,11 +45,6 @@ impl Recorder {
             began: None,
         };
         Recorder { head, lines: Vec::new(), names, news: Vec::new() }
-    }
-
-    /// The clock that it goes by now, which is that of its end.
-    pub(crate) fn set_clock(&mut self, clock: Clock) {
-        self.head.clock = clock.to_string();
     }
 
     fn put(&mut self, at: Time, what: What) {
@@ -102,12 +91,13 @@ impl Recorder {
         }
     }
 
-    /// All of it up to now, with an end.
-    pub(crate) fn text(&self, now: Time) -> String {
+    /// All of it up to now, with an end. Its clock is the one that it goes by at last.
+    pub(crate) fn text(&self, now: Time, clock: Clock) -> String {
+        let head = Head { clock: clock.to_string(), ..self.head.clone() };
         let mut lines = Vec::with_capacity(self.lines.len());
-        self.head.put(&mut lines);
+        head.put(&mut lines);
         lines.extend_from_slice(&self.lines);
-        let (head, news) = (self.head.clone(), self.news.clone());
+        let news = self.news.clone();
         let mut whole = Recorder { head, lines, names: Names::default(), news };
         whole.put_news(now);
         whole.put(now, What::End("it was saved".to_owned()));
