@@ -127,8 +127,20 @@ fn names_are_stable_and_words_are_for_people() {
     assert_eq!(value["details"]["head"], "up");
     assert_eq!(value["details"]["mode"], "drilling");
     assert_eq!(value["details"]["axes"][0]["unit"], "linear");
-    let port = serde_json::to_value(WaitsFor::Port { port: 65531 }).unwrap();
-    assert_eq!(port, json!({ "port": { "port": 65531 } }));
+    let port = WaitsFor::Port { port: 65531, bit: None, from: 2 };
+    assert_eq!(
+        serde_json::to_value(port).unwrap(),
+        json!({ "port": { "port": 65531, "bit": null, "from": 2 } })
+    );
+    assert_eq!(port.to_string(), "port 65531 to be something else than 2");
+    // A line of a stored program that branches to itself.
+    let mut imc = controller("imc4");
+    tell(&mut imc, &["@07", "@0i", "o0,3,0,-1", "9"]);
+    set(&mut imc, "start", 1);
+    imc.run_to(imc.now().after_nanos(1_000_000_000));
+    let waits = view(&imc).waits_for;
+    assert_eq!(waits, Some(WaitsFor::Port { port: 0, bit: Some(3), from: 0 }), "{:?}", view(&imc));
+    assert_eq!(waits.unwrap().to_string(), "bit 3 of port 0 to be 1");
     assert_eq!(WaitsFor::Character { code: b'!' }.to_string(), "the character `!`");
 }
 

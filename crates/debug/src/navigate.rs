@@ -131,6 +131,7 @@ impl Debugger {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
                     notes.append(&mut beyond);
                     self.asks_again(asked, None);
+                    self.leave_out_later(&mut problems);
                     if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
                         return self.stopped_after(why, notes, problems);
                     }
@@ -253,6 +254,7 @@ impl Debugger {
                 Found::Here | Found::Nowhere if is_beyond || is_missed => {
                     notes.append(&mut beyond);
                     self.asks_again(asked, None);
+                    self.leave_out_later(&mut problems);
                     match self.ends_walk(way, &mut notes, progress) {
                         Some(why) => why,
                         None => continue,
@@ -320,7 +322,7 @@ impl Debugger {
             let stop = self.go(way, None, progress);
             if matches!(stop.why, Reason::Waits(_)) && !self.met_waiting().is_empty() {
                 self.breakpoints = heeded;
-                return Stop { why: Reason::Gone, ..stop };
+                return Stop { why: Reason::Gone, met: self.met_waiting(), ..stop };
             }
             let feed = self.feed.as_ref();
             let has_more = feed.is_some_and(|feed| feed.asks_here(stop.place).is_some());
@@ -1012,6 +1014,18 @@ impl Debugger {
         if let Some(feed) = &mut self.feed {
             feed.hear(&self.history, problems);
         }
+    }
+
+    /// A walk that looked beyond the present has seen what is not so yet.
+    fn leave_out_later(&mut self, problems: &mut VecDeque<Output>) {
+        if problems.is_empty() {
+            return;
+        }
+        let (now, last) = (self.now(), self.executing().map(|command| command.number));
+        problems.retain(|problem| match problem {
+            Output::Event(stamp, _) => stamp.at < now || stamp.command <= last,
+            _ => true,
+        });
     }
 
     /// Goes to where the host asked the operator, who is asked again each time a walk passes there, or came

@@ -531,7 +531,15 @@ impl Debugger {
     /// an input.
     fn outside(&mut self, told: &Told, progress: &mut Progress<'_>) -> Vec<Explanation> {
         let mut links = Vec::new();
-        let by = told.before.iter().rev().find(|(_, event)| does_something(event));
+        let mut did = told.before.iter().rev().filter(|(_, event)| does_something(event));
+        let by = match told.event {
+            // A fault presses it, whatever rules do at the same instant.
+            Event::Switch { .. } => did
+                .clone()
+                .find(|(_, event)| matches!(event, Event::Fault { .. }))
+                .or_else(|| did.next()),
+            _ => did.next(),
+        };
         if is_of_its_own(&told.event) {
             links.extend(self.begun_by(told, progress));
         } else if let Some((stamp, event)) = by.cloned() {

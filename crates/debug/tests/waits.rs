@@ -222,7 +222,8 @@ fn a_line_of_a_wait_is_one_to_go_to_and_to_stop_at() {
     // Not before it has asked what comes before.
     let early = debugger.execute("goto line 4", &mut uninterrupted).unwrap_err().to_string();
     assert_eq!(early, "before line 4, 3");
-    run(&mut debugger, &["goto line 3"]);
+    let Answer::Stopped(stop, _) = run(&mut debugger, &["goto line 3"]) else { panic!() };
+    assert_eq!(stop.met, [], "no breakpoint is there");
     assert_eq!(here(&mut debugger), "waits 3");
     for _ in 0..5 {
         go(&mut debugger, Way::Forward);
@@ -575,6 +576,23 @@ fn a_stop_names_the_line_of_the_file_with_its_comment_and_the_breakpoints_there(
     );
     let told = run(&mut debugger, &["step command", "where"]).to_string();
     assert!(told.contains("  #2 @0A9,900,9,900\n    turn.ncp, line 4: MOVEREL X9 Y9\n"), "{told}");
+}
+
+#[test]
+fn what_goes_wrong_behind_a_question_is_not_told_at_it() {
+    let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
+    let pieces = vec![send("@07"), Piece::Ask("3".to_owned()), send("@0Q")];
+    let source = Source { of_command: vec![2, 4], ..Source::of_lines("asks", TEXT) };
+    let feed = Feed::new(pieces).of_lines(vec![2, 3, 4]);
+    let mut debugger = debugger("imc4", "bench").with_source(source).with_feed(feed);
+    let mut told = |lines: &[&str]| run(&mut debugger, lines).to_string();
+    let first = told(&["continue"]);
+    assert!(!first.contains("no command begins like this"), "{first}");
+    let refused = told(&["continue"]);
+    assert!(refused.contains("no command begins like this"), "{refused}");
+    // The same again, now that it is known what comes.
+    let again = told(&["goto start", "continue"]);
+    assert!(!again.contains("no command begins like this"), "{again}");
 }
 
 #[test]

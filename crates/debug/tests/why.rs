@@ -146,6 +146,17 @@ fn what_a_fault_or_a_rule_did_last_is_asked_for_by_that_word() {
 }
 
 #[test]
+fn a_rule_that_acts_when_a_fault_presses_a_switch_has_not_pressed_it() {
+    let mut debugger = debugger("imc4", "mill");
+    run(&mut debugger, &["fault switch x+ pressed while x > 350", "when x > 350: input 0.3 1"]);
+    run(&mut debugger, &["send @01", "send @0A1000,1000", "continue"]);
+    let chain = why(&mut debugger, "why switch");
+    assert!(chain[0].ends_with("the limit switch X+ became active"), "{chain:#?}");
+    assert!(chain[1].contains("fault 1"), "{chain:#?}");
+    assert!(!chain.iter().any(|link| link.contains("rule")), "{chain:#?}");
+}
+
+#[test]
 fn a_jam_is_told_when_it_begins_to_hold_a_motor() {
     let isel = (
         "imc4",

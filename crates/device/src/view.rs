@@ -193,10 +193,14 @@ pub enum WaitsFor {
     GoOn,
     /// The command that closes the trackball.
     TrackballClosed,
-    /// A port whose value must change.
+    /// A port whose value must change, or a bit of it.
     Port {
         /// The port.
         port: u16,
+        /// The bit; `None` for the whole value.
+        bit: Option<u8>,
+        /// What it must no longer be.
+        from: u8,
     },
     /// A character on the line.
     Character {
@@ -221,7 +225,12 @@ impl fmt::Display for WaitsFor {
             WaitsFor::Start => f.write_str("START or the start command"),
             WaitsFor::GoOn => f.write_str("the command that goes on after a stop"),
             WaitsFor::TrackballClosed => f.write_str("the trackball to be closed"),
-            WaitsFor::Port { port } => write!(f, "port {port} to change"),
+            WaitsFor::Port { port, bit: Some(bit), from } => {
+                write!(f, "bit {bit} of port {port} to be {}", u8::from(*from == 0))
+            }
+            WaitsFor::Port { port, bit: None, from } => {
+                write!(f, "port {port} to be something else than {from}")
+            }
             WaitsFor::Character { code } => {
                 write!(f, "the character `{}`", char::from(*code).escape_default())
             }

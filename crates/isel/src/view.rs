@@ -5,7 +5,7 @@ use vimc4_device::{
     Activity as Doing, AxisView, Cause, Fill, PortView, Signal, SignalView, Time, TimerView, View,
     WaitsFor,
 };
-use vimc4_isel_wire::{Command, Plane};
+use vimc4_isel_wire::{Bit, BitTest, Command, Plane, PortMap as _};
 use vimc4_plant::{End, PlantSignal};
 
 use crate::axes::{AXES, AXIS_NAMES, wrap};
@@ -218,7 +218,16 @@ impl Firmware {
             Doing::ProgramStopped => WaitsFor::Start,
             Doing::ProgramWaitsForPort | Doing::ProgramWaitsForCharacter => {
                 match self.line_of_program() {
-                    Some(Command::BranchIf { test, .. }) => WaitsFor::Port { port: test.port },
+                    Some(Command::BranchIf { test: BitTest { port, bit, value }, .. }) => {
+                        // It branches to itself as long as it is met.
+                        let (port, from) = (*port, *value);
+                        match bit {
+                            Bit::One(bit) if !self.state.model.ports.is_logical(port) => {
+                                WaitsFor::Port { port, bit: Some(*bit), from: from & 1 }
+                            }
+                            _ => WaitsFor::Port { port, bit: None, from },
+                        }
+                    }
                     Some(Command::AwaitSync { character, .. }) => {
                         WaitsFor::Character { code: *character }
                     }
