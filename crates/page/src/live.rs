@@ -209,6 +209,9 @@ impl Live {
         }
         let to = if self.pace.jumps() { Time::NEVER } else { self.present(moment) };
         let is_there = self.run_to(to, BATCH);
+        if self.performed.1 > 0 {
+            self.settle();
+        }
         if !is_there && self.pause.is_none() {
             // What cannot be done in time is not made up for.
             self.pace.restart(moment, self.now());

@@ -80,11 +80,13 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
                 live.restore(0, &Source::Controls(by.clone()), state);
             }
             What::Mark(name) => {
+                live.replay_to(entry.at);
                 live.line.debugger.mark(name.as_str());
             }
-            What::Sent(_) | What::End(_) if is_ahead && !is_led => {
-                live.replay_to(entry.at);
-            }
+            // Led, what is sent comes before it is told how much was done at that instant; at the end
+            // nothing comes any more, and time may have gone on after the last of it.
+            What::Sent(_) if is_ahead && !is_led => live.replay_to(entry.at),
+            What::End(_) if is_ahead => live.replay_to(entry.at),
             What::Stands(causes) => {
                 is_led = true;
                 live.replay_into(entry.at, *causes);

@@ -168,6 +168,25 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
 }
 
 #[test]
+fn a_recording_of_time_that_ran_towards_a_breakpoint_is_opened_at_its_end() {
+    let mut desk = Desk::new();
+    done(&mut desk)("POST", "recording", Value::Null);
+    done(&mut desk)("POST", "breakpoints", json!({ "condition": "x > 1000" }));
+    desk.hear(0.0);
+    done(&mut desk)("POST", "line", json!({ "send": "@01\r@0A500,900\r@0A400,900\r" }));
+    for moment in [100.0, 700.0, 1_000.0] {
+        desk.hear(moment);
+        let recording = done(&mut desk)("GET", "recording", Value::Null);
+        let Value::String(text) = recording else { panic!("no text") };
+        let view = done(&mut desk)("GET", "view", Value::Null);
+        assert!(played(&text).is_ok(), "{moment} {:?} {text}", played(&text));
+        let mut other = Desk::new();
+        assert_eq!(asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text })).0, 200);
+        assert_eq!(done(&mut other)("GET", "view", Value::Null), view, "{moment} {text}");
+    }
+}
+
+#[test]
 fn a_recording_tells_of_the_clock_that_was_set_last() {
     let mut desk = Desk::new();
     let mut ask = done(&mut desk);
