@@ -646,8 +646,9 @@ impl<D: Device> History<D> {
     }
 
     /// Goes on from a state that the device was put back into. Where it was in that state on the way to the
-    /// present, a branch begins there, called after its time; otherwise one of this name [here](History::fork).
-    /// None begins if the device is in that state now.
+    /// present, or else on another branch, the latest first, a branch begins there, called after its time;
+    /// otherwise one of this name [here](History::fork). None begins at the end of a branch, nor if the
+    /// device is in that state now.
     pub fn put_back(&mut self, name: impl Into<String>, state: D::State)
     where
         D::State: PartialEq,
@@ -658,12 +659,33 @@ impl<D: Device> History<D> {
         self.device.restore(state.clone());
         let at = self.device.now();
         self.device.restore(own);
-        if !self.is_at_end() || at > self.now() || !self.go_to_state(at, &state) {
+        if !self.is_at_end() || !self.go_to_state_anywhere(at, &state) {
+            self.heading = begin.branch;
             self.go_to_place(begin);
             self.fork(name, state);
         } else if !self.is_at_end() {
             self.fork(format!("from {}", show_nanos(at.as_nanos())), state);
         }
+    }
+
+    /// Goes to where the device was in a state at a time, on the way to the present or else on another
+    /// branch, the latest first. If there is no such moment the present ends anywhere.
+    fn go_to_state_anywhere(&mut self, at: Time, state: &D::State) -> bool
+    where
+        D::State: PartialEq,
+    {
+        let (own, now) = (self.heading, self.now());
+        let is_then = |branch: &BranchId| {
+            let track = &self.tracks[branch.0 as usize];
+            *branch != own && (track.snapshots.first().moment.at..=track.end.at).contains(&at)
+        };
+        let others = (0..self.tracks.len() as u32).rev().map(BranchId).filter(is_then);
+        let branches: Vec<BranchId> =
+            (at <= now).then_some(own).into_iter().chain(others).collect();
+        branches.into_iter().any(|branch| {
+            self.heading = branch;
+            self.go_to_state(at, state)
+        })
     }
 
     /// Goes to where the device was in a state at a time, on the branch of the present or on those it came

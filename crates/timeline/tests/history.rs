@@ -342,6 +342,41 @@ fn a_state_that_there_was_is_gone_back_to() {
 }
 
 #[test]
+fn a_state_of_a_branch_that_was_left_is_gone_back_to() {
+    for spacing in [1, 1_000] {
+        let mut history = driven(Limits { spacing, ..Limits::default() });
+        let end = history.present();
+        history.go_to_time(ms(90));
+        let early = history.device().state();
+        history.go_to_time(ms(120));
+        let late = history.device().state();
+        // From the end back to 90 ms, and on to a little later; what was at 120 ms was on what is left.
+        history.go_to(end);
+        history.put_back("unknown", early);
+        history.give(Input::Bytes(b"p\r"));
+        history.run_to(ms(100));
+        let second = history.present();
+        history.put_back("unknown", late.clone());
+        assert_eq!(history.device().state(), late);
+        let branch = history.branches().last().unwrap();
+        let parted = branch.parted.unwrap();
+        assert_eq!(
+            (parted.branch, parted.moment.at, &*branch.name),
+            (BranchId(0), ms(120), "from 120ms")
+        );
+        // Where that ended it goes on, and where it was never it begins anew.
+        assert_eq!(history.device().now(), ms(120));
+        history.run_to(ms(125));
+        let count = history.branches().count();
+        history.go_to(second);
+        let state = history.device().state();
+        history.go_to_end(branch.id);
+        history.put_back("unknown", state);
+        assert_eq!((history.present(), history.branches().count()), (second, count));
+    }
+}
+
+#[test]
 fn who_stands_beside_the_way_of_a_branch_that_grows_stays_on_its_own() {
     let mut history = driven(Limits::default());
     history.go_to_time(ms(90));
