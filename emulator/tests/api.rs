@@ -8,6 +8,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, ExitCode, Output};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -195,6 +196,21 @@ fn the_debugger_goes_forward_and_back() -> Outcome {
     let idle = json!({ "condition": "idle" });
     assert_eq!(request(&address, "POST", "/clock/run-until", &idle).0, 200);
     assert_eq!(x("/position")["axes"]["X"], 5_000);
+    // Who looks at the past meanwhile makes no line be refused.
+    assert_eq!(debug("where").0, 200);
+    let is_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) {
+                    request(&address, "GET", "/history", &Value::Null);
+                }
+            });
+        }
+        let lines: Vec<_> = (0..300).map(|_| debug("where").0).collect();
+        is_over.store(true, Ordering::Relaxed);
+        assert_eq!(lines, [200; 300]);
+    });
     // What runs without an end is ended by whoever closes it.
     assert_eq!(debug("where").0, 200);
     thread::scope(|scope| {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
-use std::time::Duration;
 
 use serde_json::{Value, json};
 use tokio::sync::{Mutex, Semaphore, oneshot};
@@ -159,6 +158,8 @@ struct Opened {
     reins: Arc<dyn Reins>,
     /// One asks at a time.
     turn: Arc<Semaphore>,
+    /// Of lines, which may take for ever, only one waits for its turn or has it.
+    lines: Arc<Semaphore>,
     ended: oneshot::Receiver<()>,
     /// Who it is for, and what ends with it.
     holder: Option<(String, oneshot::Sender<Infallible>)>,
@@ -194,7 +195,9 @@ impl Opened {
     /// Returns when the controller goes on, and whether it was still open.
     async fn close(mut self) -> bool {
         let was_open = !self.is_over();
-        let Opened { asks, reins, ended, holder, .. } = self;
+        let Opened { asks, reins, lines, ended, holder, .. } = self;
+        // One that waits could take for ever, and what is cancelled is only what is under way.
+        lines.close();
         drop(asks);
         if was_open {
             reins.cancel();
@@ -240,31 +243,33 @@ impl Desk {
         question: Question,
     ) -> Result<String, Problem> {
         let (answer, reply) = oneshot::channel();
-        let (asks, turn, reins, was_open) = {
+        let (asks, turn, lines, reins, was_open) = {
             let mut desk = self.opened.lock().await;
             let was_open = desk.as_mut().is_some_and(|opened| !opened.is_over());
             let opened = opened(&mut desk, open, control, memory).await?;
-            let (turn, reins) = (Arc::clone(&opened.turn), Arc::clone(&opened.reins));
-            (opened.asks.clone(), turn, reins, was_open)
+            let (turn, lines) = (Arc::clone(&opened.turn), Arc::clone(&opened.lines));
+            (opened.asks.clone(), turn, lines, Arc::clone(&opened.reins), was_open)
         };
         let own = Arc::clone(&turn);
         let only_looks =
             matches!(question, Question::View | Question::History | Question::Entries(..));
-        // What only looks is done soon, and waits for others that look.
-        let patience = match question {
-            Question::Line(_) => Duration::ZERO,
-            _ => PATIENCE,
-        };
-        let turn = timeout(patience, turn.acquire_owned()).await.map_err(|_| {
+        let busy = || {
             let remedy = "wait for it; deleting the debugger ends what it does";
             Problem::new(Kind::NotNow, "the debugger does something else", remedy)
-        })?;
+        };
+        let is_line = matches!(question, Question::Line(_));
+        let line = is_line.then(|| Arc::clone(&lines).try_acquire_owned()).transpose();
+        let line = line.map_err(|_| busy())?;
+        let turn = timeout(PATIENCE, turn.acquire_owned()).await.map_err(|_| busy())?;
+        if is_line && lines.is_closed() {
+            return Err(gone());
+        }
         asks.send((question, answer)).map_err(|_| gone())?;
         drop(asks);
         let mut asker = Asker(Some(reins));
         let said = reply.await;
         asker.0 = None;
-        drop(turn);
+        drop((turn, line));
         // What was refused has stopped no time, and one that was told to end is there no more.
         let is_refused = !was_open && !matches!(said, Ok(Ok(_)));
         let mut desk = self.opened.lock().await;
@@ -404,5 +409,6 @@ async fn start(open: Open, control: Control, memory: Memory) -> Result<Opened, S
     let thread = thread::Builder::new().name("debugger".to_owned()).spawn(serve);
     thread.map_err(|error| format!("cannot start a thread: {error}"))?;
     let reins = opening.await.map_err(|_| "the debugger could not be opened".to_owned())??;
-    Ok(Opened { asks, reins, turn: Arc::new(Semaphore::new(1)), ended, holder: None })
+    let [turn, lines] = [(); 2].map(|()| Arc::new(Semaphore::new(1)));
+    Ok(Opened { asks, reins, turn, lines, ended, holder: None })
 }
