@@ -75,6 +75,10 @@ export class Film implements Tale {
     return this.data.head.title;
   }
 
+  get aim(): number {
+    return this.history.at;
+  }
+
   /** Of so many moments one is known exactly. */
   get every(): number {
     return this.data.head.every;

@@ -20,6 +20,8 @@ export class Past implements Tale {
   readonly branches = new Map<string, Entry[]>();
   private way: { key: string; way: Way } | null = null;
   private wanted: Partial<Moment> | null = null;
+  /** The moment that was asked for last, until it is looked at. */
+  private aimed: Partial<Moment> | null = null;
   private isBusy = false;
   /** Another number after every order, so that what was asked before is not believed. */
   private orders = 0;
@@ -31,6 +33,12 @@ export class Past implements Tale {
 
   get isOpen(): boolean {
     return this.history?.open ?? false;
+  }
+
+  get aim(): number | null {
+    const { aimed, history } = this;
+    if (aimed) return aimed.at ?? history?.now.at ?? null;
+    return history?.open ? history.at : null;
   }
 
   /** Whether the controller itself is looked at, at its present. */
@@ -58,7 +66,7 @@ export class Past implements Tale {
 
   /** Goes to a moment: of several that are wanted one after the other only to the last. */
   go(moment: Partial<Moment>): Promise<void> {
-    this.wanted = moment;
+    this.wanted = this.aimed = moment;
     return this.work();
   }
 
@@ -99,6 +107,7 @@ export class Past implements Tale {
       this.wanted = null;
       await this.ask("go", moment);
     }
+    if (!this.isBusy) this.aimed = null;
   }
 
   private async ask(what: string, body?: unknown): Promise<boolean> {

@@ -11,6 +11,8 @@ export interface Tale {
   /** Whether what is shown is the present, as far as there is one. */
   readonly isNow: boolean;
   readonly history: History | null;
+  /** The time that is looked at, or that was asked for last; `null` where the past is closed. */
+  readonly aim: number | null;
   readonly shown: Machine | null;
   go(moment: Partial<Moment>): Promise<void>;
   do(deed: { order: string } | { send: string }): Promise<boolean>;

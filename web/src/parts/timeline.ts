@@ -60,7 +60,8 @@ export function timeline(app: App): Part {
   const jump = (by: 1 | -1) => {
     const machine = shown();
     if (!machine) return;
-    const now = past()?.history?.open ? past()!.history!.at : last;
+    // Whoever clicks faster than the past is worked out goes on from what was asked for.
+    const now = past()?.aim ?? last;
     const times = machine.entries.filter((entry) => sortOf(entry) !== null).map((entry) => entry.at);
     const found = by < 0 ? times.findLast((time) => time < now) : times.find((time) => time > now);
     if (found !== undefined) go({ ...branchOfHistory(), at: found });
