@@ -398,8 +398,8 @@ for (const name of ["chromium", "firefox"]) {
       await tab.choose(".clock select", "100x");
       await tab.drop("plate.ncp", await example("plate.ncp"));
       await tab.seen(".bench .note", "plate.ncp has been carried out");
-      // Where `vimc4 ncp run` says that it ends.
-      const end = [9_840, 4_000, -400, 0];
+      // Where `vimc4 ncp run --machine mill` says that it ends.
+      const end = [9_840, 4_000, -500, 0];
       await until("it stands at the end of the job", async () => String(await tab.carriage()) === String(end));
       await until("its way is drawn", async () => Number(await tab.attribute(".stage", "data-corners")) > 50);
       // Nobody waits for the answer to one click before the next: each goes one entry further.
