@@ -275,6 +275,38 @@ fn a_line_that_takes_its_time_is_debugged() -> Outcome {
     Ok(())
 }
 
+/// A command that has not begun yet is no moment of the past: nobody is led there, and what will come of rules
+/// that never end is not worked out.
+fn a_command_that_has_not_begun_is_not_looked_at() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "real", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+    ask("POST", "/clock/pause", Value::Null);
+    ask("POST", "/rules", json!({ "rules": "every 1s: input 0.2 1 for 100ms" }));
+    ask("POST", "/line", json!({ "send": "@01\r@0A8000,900\r@0P\r" }));
+    let stepped = ask("POST", "/debugger", json!({ "line": "continue 500ms" }));
+    assert_eq!(stepped.0, 200, "{}", stepped.1);
+    let before = ask("GET", "/history", Value::Null).1;
+    for number in [3, 99] {
+        let (status, refused) = ask("POST", "/history/go", json!({ "command": number }));
+        let detail = refused["detail"].as_str().unwrap_or_default();
+        assert_eq!(status, 422, "{detail}");
+        assert!(
+            detail.contains(&format!("no command with the number {number} has begun here")),
+            "{detail}"
+        );
+    }
+    assert_eq!(ask("GET", "/history", Value::Null).1, before);
+    assert_eq!(ask("POST", "/history/go", json!({ "command": 2 })).0, 200);
+    assert_eq!(ask("GET", "/clock", Value::Null).1["now"], before["now"]["at"]);
+    let huge = ask("POST", "/history/go", json!({ "command": u64::MAX })).1;
+    assert_eq!(
+        huge["detail"],
+        "`command` is 18446744073709551615, and is to be at most 9223372036854775807"
+    );
+    Ok(())
+}
+
 /// What was done before anybody asked can be looked at, branches and is taken over.
 fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -911,6 +943,11 @@ fn main() -> ExitCode {
         trial("the_python_recipe_runs", "python3 --version", the_python_recipe_runs),
         trial("the_javascript_recipe_runs", &node, the_javascript_recipe_runs),
         trial("the_debugger_goes_forward_and_back", "", the_debugger_goes_forward_and_back),
+        trial(
+            "a_command_that_has_not_begun_is_not_looked_at",
+            "",
+            a_command_that_has_not_begun_is_not_looked_at,
+        ),
         trial(
             "the_past_is_looked_at_branches_and_is_taken_over",
             "",

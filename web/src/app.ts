@@ -33,6 +33,8 @@ export class App {
   onNotice: (text: string, isError: boolean, isOwn?: boolean, lead?: string) => void = () => {};
   /** What it has said is no longer so. */
   onNoticeOver: () => void = () => {};
+  /** Something is done, so that what was refused before is over. */
+  onTry: () => void = () => {};
   onChange: () => void = () => {};
   onNewMachines: () => void = () => {};
   /** What a line means, said before it is sent, where somebody can say it. */
@@ -117,6 +119,7 @@ export class App {
 
   choose(number: number): void {
     this.chosen = number;
+    this.onTry();
     this.look(number);
     this.changed();
   }
@@ -158,6 +161,7 @@ export class App {
   async act(deed: (path: string) => Promise<unknown>): Promise<boolean> {
     const machine = this.machine;
     if (!machine) return false;
+    this.onTry();
     try {
       await deed(`/controllers/${machine.number}`);
       return true;

@@ -8,6 +8,7 @@ import { joined, reached, type Tale, type Way } from "./way";
 interface Page {
   api: Api;
   say(error: unknown): void;
+  onTry(): void;
   changed(): void;
 }
 
@@ -76,6 +77,7 @@ export class Past implements Tale {
 
   /** Steps in the words of the console; where the present is looked at, the controller goes along. */
   async walk(line: string): Promise<void> {
+    this.page.onTry();
     this.orders += 1;
     try {
       await this.page.api.post(`${this.path}/debugger`, { line });
@@ -92,6 +94,7 @@ export class Past implements Tale {
 
   /** Looks at the present again, and lets the controller go on. */
   async leave(): Promise<void> {
+    this.page.onTry();
     this.orders += 1;
     try {
       await this.page.api.delete(`${this.path}/debugger`);
@@ -111,6 +114,7 @@ export class Past implements Tale {
   }
 
   private async ask(what: string, body?: unknown): Promise<boolean> {
+    this.page.onTry();
     this.orders += 1;
     this.isBusy = true;
     let isDone = true;

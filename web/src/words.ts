@@ -110,7 +110,7 @@ const TABLE = {
   problems: ["errors and warnings", "Fehler und Warnungen"],
   leftHere: ["The controller left this moment and goes on from another one", "Die Steuerung hat diesen Moment verlassen und macht von einem anderen aus weiter"],
   follow: ["Follow", "Mitlaufen"],
-  entries: ["entries", "Einträge"],
+  entries: ["entries", "Einträgen"],
   of: ["of", "von"],
   earlier: ["Show earlier entries", "Frühere Einträge zeigen"],
   missing: ["entries are no longer kept", "Einträge sind nicht mehr vorhanden"],

@@ -161,6 +161,9 @@ pub fn body(
             Of::Number => (value.is_i64(), "a whole number"),
             Of::Value => (value.is_string() || value.is_i64(), "a whole number or a text"),
         };
+        if !fits && value.is_u64() && matches!(field.of, Of::Number | Of::Value) {
+            return Err(wrong(format!("`{name}` is {value}, and is to be at most {}", i64::MAX)));
+        }
         if !fits {
             return Err(wrong(format!("`{name}` is to be {right}")));
         }

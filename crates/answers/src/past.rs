@@ -86,24 +86,15 @@ pub fn goal(
 ///
 /// # Errors
 ///
-/// If it never does on the way of the present; for whoever has the journal at hand, and no lines.
+/// If it has not begun on the way of the present; for whoever has the journal at hand, and no lines.
 pub fn look_at_command(
     debugger: &mut Debugger,
     number: u64,
     progress: &mut Progress<'_>,
 ) -> Result<(), String> {
-    let number = command(number)?;
-    debugger.go_to_command(number, progress).map(drop).map_err(|error| in_requests(&error))
-}
-
-/// The command of a number.
-///
-/// # Errors
-///
-/// If no command has it.
-pub fn command(number: u64) -> Result<CommandNumber, String> {
     let number = NonZeroU64::new(number).map(CommandNumber);
-    number.ok_or_else(|| "there is no command 0; the journal has their numbers".to_owned())
+    let number = number.ok_or("there is no command 0; the journal has their numbers")?;
+    debugger.look_at_command(number, progress).map_err(|error| in_requests(&error))
 }
 
 /// Why the debugger has refused something, for those who send requests and no lines.

@@ -520,13 +520,12 @@ impl Debugger {
             let is_read = |own: &Debugger| own.last_read().is_some_and(|last| last >= number);
             self.read_until(is_read, progress)?;
         }
-        let (begin, heading) = (self.place(), self.history.heading());
+        let begin = self.place();
         let (known, standing) = (self.known(), self.standing());
-        self.history.go_to_end(heading);
-        let mut begins = CommandBegins(number);
-        let mut found = self.history.seek_last_or_here(&mut begins, progress);
+        let mut found = self.seek_command(number, progress);
         if found == Found::Nowhere {
             // It may be still to come.
+            let mut begins = CommandBegins(number);
             found = self.seek_beyond(&mut begins, &mut Problems::default(), progress);
         }
         if found == Found::Here {
@@ -553,6 +552,39 @@ impl Debugger {
             }
         };
         Err(DebugError::new(wrong))
+    }
+
+    /// Goes to where the execution of a command began: what is still to come is not worked out.
+    ///
+    /// # Errors
+    ///
+    /// If it has not begun on the way of the present, which stays then.
+    pub fn look_at_command(
+        &mut self,
+        number: CommandNumber,
+        progress: &mut Progress<'_>,
+    ) -> Result<(), DebugError> {
+        let (begin, heading) = (self.place(), self.history.heading());
+        let found = self.seek_command(number, progress);
+        if found != Found::Here {
+            self.history.go_to_end(heading);
+            self.history.go_back_to(begin);
+        }
+        self.history.drain();
+        match found {
+            Found::Here => Ok(()),
+            Found::GivenUp => Err(Reason::Cancelled.into()),
+            Found::Nowhere => {
+                let wrong = format!("no command with the number {number} has begun here");
+                Err(DebugError::new(wrong).with(Remedy::Numbers))
+            }
+        }
+    }
+
+    /// From the end of the way of the present back to where a command began.
+    fn seek_command(&mut self, number: CommandNumber, progress: &mut Progress<'_>) -> Found {
+        self.history.go_to_end(self.history.heading());
+        self.history.seek_last_or_here(&mut CommandBegins(number), progress)
     }
 
     /// Goes to the end of the way of the present: of a recording, or of what the host does.

@@ -207,7 +207,6 @@ impl Served {
             Goal::At(branch, at) => past::look_at(self.debugger(), branch, Some(at))?,
             Goal::Command(number) => {
                 past::look_at_command(self.debugger(), number, &mut patience())?;
-                self.lead(false);
             }
         }
         Ok(())

@@ -12,7 +12,7 @@ use vimc4_debug::{Wired, uninterrupted};
 use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
-use crate::console::session::{Cancel, Outcome, Session, Wrong};
+use crate::console::session::{Cancel, Outcome, Session, Wrong, go_on};
 use crate::live::{Live, state};
 
 /// Opens it on a controller.
@@ -133,9 +133,9 @@ impl Debugging for Console {
             Goal::End(branch) => past::look_at(&mut self.session.debugger, Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
             Goal::Command(number) => {
-                let number = past::command(number)?;
-                let led = self.session.go_to_command(number).map_err(|Wrong(why)| why)?;
-                led.map_err(|error| past::in_requests(&error))?;
+                let Session { debugger, cancel, .. } = &mut self.session;
+                cancel.forget();
+                past::look_at_command(debugger, number, &mut go_on(cancel))?;
             }
         }
         self.history_mut().drain();

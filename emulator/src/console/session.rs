@@ -15,8 +15,6 @@ use vimc4_debug::Wired;
 use vimc4_debug::{
     Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
-#[cfg(feature = "api")]
-use vimc4_device::CommandNumber;
 use vimc4_device::{Device, Time, View, show_nanos};
 #[cfg(feature = "api")]
 use vimc4_timeline::History;
@@ -372,24 +370,6 @@ impl Session {
         }
     }
 
-    /// Goes to where a command began, as the line does that says so.
-    #[cfg(feature = "api")]
-    pub(crate) fn go_to_command(
-        &mut self,
-        number: CommandNumber,
-    ) -> Result<Result<(), DebugError>, Wrong> {
-        self.cancel.forget();
-        let progress = &mut go_on(&self.cancel);
-        let go = |debugger: &mut Debugger, progress: &mut Progress<'_>| {
-            debugger.go_to_command(number, progress).map(drop)
-        };
-        let Some(live) = &mut self.live else { return Ok(go(&mut self.debugger, progress)) };
-        match live.during(&mut self.debugger, true, true, progress, go)? {
-            (gone, true) => Ok(gone),
-            (_, false) => Err(Wrong(self.cancelled())),
-        }
-    }
-
     /// Says what is sent of what follows in the file.
     fn tell_of_the_rest(&self, said: &mut String) {
         let Some(source) = self.debugger.source() else { return };
@@ -673,7 +653,7 @@ impl Own {
 }
 
 /// Goes on until somebody wants it to end.
-fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> + use<> {
+pub(crate) fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> + use<> {
     let cancel = cancel.clone();
     move |_| match cancel.is_wished() {
         true => ControlFlow::Break(()),

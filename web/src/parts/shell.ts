@@ -23,11 +23,14 @@ export function notice(app: App): HTMLElement {
   const close = h("button", {}, "×");
   const element = h("div", { class: "notice", hidden: true, attrs: { role: "status" } }, h("p", {}, first, text), close);
   let timer = 0;
+  let isRefusal = false;
   const end = () => (element.hidden = true);
   close.onclick = end;
+  document.addEventListener("keydown", ({ key }) => key === "Escape" && end());
   app.onNotice = (said, isError, isOwn, lead) => {
     put(first, lead ? `${lead} ` : "");
     put(text, said);
+    isRefusal = lead === say("refused");
     text.lang = isOwn ? language() : "en";
     close.ariaLabel = say("close");
     mark(element, "data-error", String(isError));
@@ -36,6 +39,7 @@ export function notice(app: App): HTMLElement {
     if (!isError) timer = window.setTimeout(end, NOTICE);
   };
   app.onNoticeOver = end;
+  app.onTry = () => void (isRefusal && end());
   return element;
 }
 
