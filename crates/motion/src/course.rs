@@ -42,6 +42,7 @@
 //! way: less than 2¹²² in 10⁻⁹ pm. Squares of that, and other products that may take more than 128
 //! bits, are [`wide`].
 
+use std::ops::Range;
 use std::sync::Arc as Shared;
 
 use serde::{Deserialize, Serialize};
@@ -187,13 +188,14 @@ impl Course {
         let plan = &self.plan;
         let way = plan.way_at(u128::from(nanos));
         let stretch = last_that(&plan.places, |stretch| stretch.way <= way);
-        match (stretch, plan.piece_at(u128::from(nanos))) {
-            (Some(stretch), Some(piece)) if plan.steps_within(way) < plan.steps => {
-                let speed = piece.speed_at(u128::from(nanos) - piece.start) / piece.duration;
-                saturated(speed * u128::from(stretch.steps) * MICRO / stretch.length)
-            }
-            _ => 0,
-        }
+        stretch.map_or(0, |stretch| plan.frequency_at(nanos, stretch.steps, stretch.length))
+    }
+
+    pub(crate) fn even_speed_at(&self, nanos: u64, steps: Range<u64>) -> u64 {
+        let plan = &self.plan;
+        let [from, to] = [steps.start, steps.end.min(plan.steps)].map(|step| plan.place(step));
+        let count = steps.end.min(plan.steps).saturating_sub(steps.start);
+        plan.frequency_at(nanos, count, to.saturating_sub(from))
     }
 
     pub(crate) fn brake(&self, nanos: u64) -> Option<Course> {
@@ -486,6 +488,18 @@ impl Plan {
     /// The way made at `nanos`, pm, rounded down.
     fn way_at(&self, nanos: u128) -> u128 {
         self.piece_at(nanos).map_or(0, |piece| piece.before + piece.way_at(nanos - piece.start))
+    }
+
+    /// The step frequency, µHz, at which steps come that lie evenly along a way in pm; 0 at the end.
+    fn frequency_at(&self, nanos: u64, steps: u64, way: u128) -> u64 {
+        let nanos = u128::from(nanos);
+        match self.piece_at(nanos) {
+            Some(piece) if way > 0 && self.steps_within(self.way_at(nanos)) < self.steps => {
+                let speed = piece.speed_at(nanos - piece.start) / piece.duration;
+                saturated(speed * u128::from(steps) * MICRO / way)
+            }
+            _ => 0,
+        }
     }
 
     /// When a place is reached, ns; 0 for the start.

@@ -5,6 +5,8 @@
 //! real way ([`course`](crate::Stretch)): the tool is. Code that asks when a step happens need not
 //! know which it is.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::Ramp;
@@ -125,6 +127,18 @@ impl Profile {
         match &self.kind {
             Kind::Ramped(ramped) => ramped.speed_at(nanos),
             Kind::Course(course) => course.speed_at(nanos),
+        }
+    }
+
+    /// The step frequency in µHz that the speed at `nanos` nanoseconds after the start would be, if the clock
+    /// steps of this range lay evenly along their way. Where they do not, as on an arc whose speed is that
+    /// along the way, [`speed_at`](Profile::speed_at) goes up and down although nothing gets faster. 0 for no
+    /// steps, and from the end of the motion on.
+    #[must_use]
+    pub fn even_speed_at(&self, nanos: u64, steps: Range<u64>) -> u64 {
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.speed_at(nanos),
+            Kind::Course(course) => course.even_speed_at(nanos, steps),
         }
     }
 

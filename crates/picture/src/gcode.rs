@@ -55,13 +55,9 @@ pub fn gcode(plot: &Plot, frame: &Frame) -> String {
 
 /// Units per minute, where a motion is in the middle.
 fn feed(leg: &Leg, frame: &Frame) -> f64 {
-    let lengths = frame.lengths();
-    let length = leg.length(&lengths);
+    let pace = leg.pace(&frame.lengths());
     // What only turns goes in degrees.
-    let length = if length > 0.0 { length } else { leg.length(&frame.scales()) };
-    let nanos = leg.ends.nanos_since(leg.began);
-    let frequency = leg.frequency(leg.began.after_nanos(nanos / 2));
-    60.0 * frequency * length / leg.made.max(1) as f64
+    60.0 * if pace > 0.0 { pace } else { leg.pace(&frame.scales()) }
 }
 
 /// A file of G-code, and what holds where it ends.

@@ -148,6 +148,20 @@ impl Leg {
         }
     }
 
+    /// How fast it goes along its way when half of its time is over, in the units of `scales` a second.
+    pub(crate) fn pace(&self, scales: &[f64; AXES]) -> f64 {
+        let half = self.ends.nanos_since(self.began) / 2;
+        let even = match &self.course {
+            Course::Made(segment) => {
+                let steps = self.over.steps..self.over.steps.saturating_add(self.made);
+                let nanos = half.saturating_add(self.over.nanos);
+                segment.profile.even_speed_at(nanos, steps) as f64 / 1e6
+            }
+            Course::Together(_) => self.frequency(self.began),
+        };
+        even * self.length(scales) / self.made.max(1) as f64
+    }
+
     /// When its ramps begin and end, its own end included.
     pub(crate) fn knees(&self) -> Vec<Time> {
         let steps = match &self.course {

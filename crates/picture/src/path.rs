@@ -533,9 +533,7 @@ fn fastest(plot: &Plot, frame: &Frame) -> f64 {
                 fastest = fastest.max(pace);
             }
         });
-        let per_step = leg.length(&frame.lengths()) / leg.made.max(1) as f64;
-        let nanos = leg.ends.nanos_since(leg.began);
-        fastest = fastest.max(leg.frequency(leg.began.after_nanos(nanos / 2)) * per_step);
+        fastest = fastest.max(leg.pace(&frame.lengths()));
     }
     fastest
 }

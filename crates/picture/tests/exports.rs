@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use vimc4_device::{Event, Motion};
 use vimc4_motion::{
-    AXES, Arc, ArcState, CircleFit, Helix, Path, Point, Profile, Segment, StraightLine, Time, Turn,
+    AXES, Arc, ArcState, CircleFit, Helix, Path, Point, Profile, Segment, StraightLine, Sweep,
+    Time, Turn,
 };
 use vimc4_picture::{Axis, Frame, Plot, Purpose, dxf, gcode};
 
@@ -276,6 +277,27 @@ fn circles_are_arcs_and_speeds_are_real() {
     assert!((way.feeds[0] - 1_200.0).abs() < 0.1, "{:?}", way.feeds);
     assert!((way.feeds[1] - 1_200.0 * TAU / 8.0).abs() < 5.0, "{:?}", way.feeds);
     assert_eq!(read_dxf(&dxf(&plot, &frame())).arcs, 2);
+}
+
+#[test]
+fn the_feed_of_an_arc_is_the_speed_along_it() {
+    // 40 mm/s² up to 20 mm/s, round a radius of 50 mm.
+    let scale = [12_500_000; AXES];
+    for degrees in [45, 90, 137, 180, 360] {
+        let sweep = Sweep::by_angle((0, 1), (-4_000, 0), degrees * 1_000_000_000).unwrap();
+        let profile = Profile::trapezoid(sweep.stretches(&scale), 20_000_000, 40_000_000);
+        let (steps, end) = (sweep.path().length(), Time::from_nanos(profile.duration()));
+        let segment = Box::new(Segment { path: sweep.path(), profile });
+        // One that a switch ends, too.
+        for made in [steps, steps * 2 / 3] {
+            let mut plot = Plot::new();
+            let segment = segment.clone();
+            plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin: [0; AXES], segment }));
+            plot.see(end, &Event::Motion(Motion::Ends { steps: made }));
+            let way = read_gcode(&gcode(&plot, &frame()));
+            assert!((way.feeds[0] - 1_200.0).abs() < 1.0, "{degrees}, {made}: {:?}", way.feeds);
+        }
+    }
 }
 
 #[test]

@@ -37,6 +37,12 @@ fn the_reference_move() {
     assert_eq!(profile.speed_at(800 * MILLISECOND), 6_299_212_598);
     assert_eq!(profile.speed_at(25 * MILLISECOND), 3_149_606_299);
     assert_eq!((profile.speed_at(0), profile.speed_at(1_637_500_000)), (0, 0));
+    // Steps that lie evenly do so over any of them.
+    for steps in [0..10_000, 0..u64::MAX, 5_000..5_200] {
+        assert_eq!(profile.even_speed_at(800 * MILLISECOND, steps), 6_299_212_598);
+    }
+    assert_eq!(profile.even_speed_at(800 * MILLISECOND, 300..300), 0);
+    assert_eq!(profile.even_speed_at(1_637_500_000, 0..10_000), 0);
     all_forms_agree(&profile);
 }
 
@@ -199,7 +205,7 @@ fn check_extreme(profile: &Profile, steps: u64) {
     assert!(profile.times().take(20).eq((1..=steps.min(20)).map(|k| profile.time_of(k))));
     for nanos in [0, 1, 1_000, end / 2, end - end / 1_000, end, u64::MAX] {
         let k = profile.steps_at(nanos);
-        let _ = profile.speed_at(nanos);
+        let _ = (profile.speed_at(nanos), profile.even_speed_at(nanos, 0..k));
         if let Some(braked) = profile.brake(nanos) {
             assert!(braked.steps() >= k && braked.steps() < steps);
             assert_eq!(braked.time_of(k), profile.time_of(k));
