@@ -27,6 +27,7 @@ use vimc4_debug::Debugger;
 use crate::completions;
 use crate::failure::Failure;
 use crate::here::here;
+use crate::job::source::JobOptions;
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::setup::Setup;
@@ -93,6 +94,8 @@ pub(crate) struct Arguments {
     /// default those of its comment `; axes: N`, or 7
     #[arg(long, value_parser = crate::run::axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     axes: Option<u8>,
+    #[command(flatten)]
+    job: JobOptions,
     #[cfg(feature = "api")]
     #[command(flatten)]
     afar: afar::Arguments,
@@ -222,7 +225,7 @@ fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<Exi
 
 /// What the command line names.
 fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session, Failure> {
-    let Arguments { setup, ports, time, keep_going, axes, .. } = arguments;
+    let Arguments { setup, ports, time, keep_going, axes, job, .. } = arguments;
     let (model, file) = match arguments.what.as_deref() {
         None => (setup.model(), None),
         Some(what) if Path::new(what).is_file() => (setup.model(), Some(Path::new(what))),
@@ -235,7 +238,8 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
         }
     };
     if let Some(file) = file {
-        let sending = Sending { time: *time, keeps_going: *keep_going, axes: *axes };
+        let (time, keeps_going, axes, job) = (*time, *keep_going, *axes, job.clone());
+        let sending = Sending { time, keeps_going, axes, job };
         let Opened { debugger, machine, note, share } = opened::open(file, setup.clone(), sending)?;
         let mut session = Session::new(debugger, machine, cancel);
         if let Some(note) = note {
@@ -249,6 +253,7 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
         }
         return Ok(session);
     }
+    job.only_for_jobs(model)?;
     let machine = vimc4::machine(setup.machine())?;
     if ports.are_none() {
         let model = vimc4::model(model)?;

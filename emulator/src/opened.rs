@@ -7,12 +7,13 @@ use std::sync::Arc;
 use vimc4_catalogue::{Controller, Handling, Machine};
 use vimc4_debug::{Debugger, Piece, Source, Unit, Way, Wired};
 use vimc4_device::{Device, Event, Input, SignalId};
-use vimc4_script::{Host, Kind, Script, ScriptLine, is_job, number, storing, takes_jobs};
+use vimc4_ncp::{Diagnostic, Severity};
+use vimc4_script::{Host, Kind, Script, ScriptLine, is_job, number, storing, takes_jobs, told};
 use vimc4_timeline::History;
 
 use crate::failure::Failure;
 use crate::job::file;
-use crate::job::source::Reading;
+use crate::job::source::{JobOptions, Site};
 use crate::recording::history::is_recording;
 use crate::setup::Setup;
 use crate::text;
@@ -27,6 +28,8 @@ pub(crate) struct Program {
     pub(crate) history: History<Wired>,
     /// Its name is the path as it was handed in.
     pub(crate) source: Source,
+    /// Whether it is a job.
+    pub(crate) is_job: bool,
     pub(crate) pieces: Vec<Piece>,
     /// The line, from 1, of each of these; 0 for one that is in no line.
     pub(crate) lines: Vec<u32>,
@@ -44,6 +47,16 @@ pub(crate) struct Program {
     pub(crate) impossible: Option<u32>,
 }
 
+impl Program {
+    /// Why a job ends before its last line, if it does.
+    pub(crate) fn ends_early(&self) -> Option<String> {
+        let line = self.impossible?;
+        let why = self.errors.first().map(String::as_str).unwrap_or_default();
+        let why = why.strip_prefix(&format!("line {line}: ")).unwrap_or(why);
+        Some(format!("line {line} cannot be carried out: {why}"))
+    }
+}
+
 /// How a file is read and sent otherwise than by default.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ways {
@@ -51,6 +64,8 @@ pub(crate) struct Ways {
     pub(crate) quirks: Vec<(String, String)>,
     /// The axes of a data field, if its comments do not say them.
     pub(crate) axes: Option<u8>,
+    /// What is said about jobs; it means nothing for other files.
+    pub(crate) job: JobOptions,
 }
 
 /// Whether somebody still waits for what is opened.
@@ -93,8 +108,10 @@ pub(crate) fn read(
     };
     let mut is_stored = false;
     let host = if is_job {
-        let target = vimc4_script::target(&model, &machine).map_err(Failure::usage)?;
-        let host = Host::job(&whole, &target, Reading::default().options(), &|| flow(wanted));
+        let mut site = Site::of(model, Arc::clone(&machine))?;
+        ways.job.zeros.set(&mut site)?;
+        let options = ways.job.reading.options();
+        let host = Host::job(&whole, &site.target, options, &|| flow(wanted));
         host.map_err(|error| Failure::usage(format!("{}: {error}", text::name(path))))?
     } else {
         let handling = Handling::of(&model);
@@ -114,6 +131,8 @@ pub(crate) fn read(
     };
     let Some(host) = host.filter(|_| wanted()) else { return Ok(None) };
     let Host { pieces, lines, of_command, start, stored, statement, errors, impossible } = host;
+    let is_error = |found: &&Diagnostic| ways.job.reading.severity(found) == Severity::Error;
+    let errors = errors.iter().filter(is_error).map(told).collect();
     let source = Source {
         name: path.to_string_lossy().into_owned(),
         lines: whole.lines().map(str::to_owned).collect(),
@@ -126,6 +145,7 @@ pub(crate) fn read(
         machine,
         history,
         source,
+        is_job,
         pieces,
         lines,
         start,

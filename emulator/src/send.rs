@@ -26,7 +26,7 @@ use crate::here::here;
 use crate::job::file;
 use crate::job::operator::{Entered, Operator};
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
-use crate::job::source::{JobArguments, Site, Unit, Zeros};
+use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
@@ -148,12 +148,12 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let mut site = job.site()?;
     // Where a WPTEACH stands before the line to go on with, the zero is the one found there.
     let found = match arguments.from {
-        Some(line) if beginning::is_taught(&text, line) => job.zeros.zero,
+        Some(line) if beginning::is_taught(&text, line) => job.options.zeros.zero,
         _ => None,
     };
     if found.is_some() {
         site = Site::new(job.setup.model(), job.setup.machine())?;
-        Zeros { zero: None, ..job.zeros.clone() }.set(&mut site)?;
+        Zeros { zero: None, ..job.options.zeros.clone() }.set(&mut site)?;
     }
     let machine = Arc::clone(&site.machine);
     let list = command_list(arguments, &bytes)?;
@@ -182,7 +182,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
         sending.agree(&rehearsal, None)?;
         return sending.run(work, rehearsal);
     }
-    if arguments.teach && job.reading.no_ref {
+    if arguments.teach && job.options.reading.no_ref {
         return Err(Failure::usage(
             "--teach finds the zero from the reference point, and --no-ref takes the present place \
              for it; leave one of them out",
@@ -192,7 +192,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
         true => check::before_zero(job, &site, &text)?,
         false => check::before(job, &site, &text)?,
     }
-    let options = job.reading.options();
+    let options = job.options.reading.options();
     if arguments.from.is_none() && !arguments.teach {
         let work = Work::Job(Box::new(Job::new(&text, &site.target, options)));
         let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
@@ -210,7 +210,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
             let here = sending.counters()?;
             // Without a reference run the counters count only if the operator says so.
             let named = |axis: usize| {
-                job.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
+                job.options.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
             };
             let mut from = here;
             let untold =
@@ -222,7 +222,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
             };
             let (mut work, mut resumption) = resume(from)?;
             // Where only the present place counts, axes without further information stay.
-            if job.reading.no_ref && resumption.referenced.is_empty() && !resumption.told {
+            if job.options.reading.no_ref && resumption.referenced.is_empty() && !resumption.told {
                 let unnamed = (0..from.len()).filter(|axis| !named(*axis));
                 unnamed.for_each(|axis| from[axis] = 0);
                 (work, resumption) = resume(from)?;
@@ -232,7 +232,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
             if !unknown.is_empty() {
                 return Err(Failure::usage(unknown_place(line, &unknown, &model)));
             }
-            if job.reading.no_ref && resumption.told && sending.knows_no_axes()? {
+            if job.options.reading.no_ref && resumption.told && sending.knows_no_axes()? {
                 return Err(Failure::usage(format!(
                     "the controller knows of no axes: it was switched on or reset since the job has \
                      referenced them, and does not count from there any more; nothing has moved: \
@@ -255,17 +255,15 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
 
 /// The options that only jobs have.
 fn job_options(arguments: &Arguments) -> bool {
-    let reading = &arguments.job.reading;
-    let read = reading.no_ref || reading.lenient || !arguments.job.zeros.is_empty();
-    read || arguments.from.is_some() || arguments.teach
+    arguments.job.options.are_given() || arguments.from.is_some() || arguments.teach
 }
 
 /// Refuses options that mean nothing.
 fn not_for(given: bool, name: &str, what: &str) -> Result<(), Failure> {
     match given {
         true => Err(Failure::usage(format!(
-            "{name} is a {what}, which is sent as it is; --no-ref, --lenient, --zero, --wpreg, \
-             --from and --teach are for job files"
+            "{name} is a {what}, which is sent as it is; {JOB_OPTIONS}, --from and --teach are for \
+             job files"
         ))),
         false => Ok(()),
     }
@@ -305,7 +303,8 @@ fn rehearsed(
     let rehearsal = rehearse(work, model, machine, here)?;
     let list = matches!(work, Work::List(_)).then_some(Nevertheless(arguments.refused_too));
     if let Some(failure) = rehearsal.objection(&arguments.job.name(), text, list) {
-        let goes_on = list.map_or(arguments.job.reading.lenient, |Nevertheless(goes_on)| goes_on);
+        let goes_on =
+            list.map_or(arguments.job.options.reading.lenient, |Nevertheless(goes_on)| goes_on);
         if !goes_on {
             return Err(failure);
         }
@@ -527,8 +526,10 @@ impl<'a> Sending<'a> {
         self.listen()?;
         // Only a person can accept it.
         self.operator.yes = false;
-        let mut work =
-            Work::Job(Box::new(Job::teach(&site.target, self.arguments.job.reading.options())));
+        let mut work = Work::Job(Box::new(Job::teach(
+            &site.target,
+            self.arguments.job.options.reading.options(),
+        )));
         let ending = perform(&mut work, &mut self.link, &mut self.operator);
         self.operator.yes = self.arguments.yes;
         let (Work::Job(job), ending) = (&work, self.ended(ending)?) else {
@@ -715,11 +716,11 @@ impl<'a> Sending<'a> {
     /// How a job goes on with a line, or why it cannot.
     fn way_onward(&mut self, line: u32) -> Result<Onward, String> {
         let job = &self.arguments.job;
-        let said = self.found.or(job.zeros.zero);
+        let said = self.found.or(job.options.zeros.zero);
         let doubts = self.link.axes().doubt().is_some();
-        let as_it_is = Onward { zero: said, no_ref: job.reading.no_ref && !doubts };
+        let as_it_is = Onward { zero: said, no_ref: job.options.reading.no_ref && !doubts };
         let Ok(site) = job.site() else { return Ok(as_it_is) };
-        let (options, here) = (job.reading.options(), Point::default());
+        let (options, here) = (job.options.reading.options(), Point::default());
         let resumed = beginning::resumed(
             self.text,
             &site.target,
@@ -736,7 +737,7 @@ impl<'a> Sending<'a> {
         // Where reference runs have told all places, they do so again.
         let is_told = resumption.told
             || !resumption.has_begun && beginning::is_reference(self.text, line)
-            || !job.reading.no_ref;
+            || !job.options.reading.no_ref;
         if doubts && !(is_told && untold.is_empty()) {
             let axes = if untold.is_empty() { "the axes".to_owned() } else { names(&untold) };
             return Err(format!(
@@ -790,18 +791,18 @@ impl<'a> Sending<'a> {
         if let Some(rate) = self.arguments.baud {
             add("--baud", &rate.to_string());
         }
-        if job.reading.drilldef_unit == Unit::Mm {
+        if job.options.reading.drilldef_unit == Unit::Mm {
             add("--drilldef-unit", "mm");
         }
         if let Some(zero) = zero {
             add("--zero", &zero.to_string());
         }
-        for register in &job.zeros.wpreg {
+        for register in &job.options.zeros.wpreg {
             add("--wpreg", &format!("{}={}", register.number, register.zero));
         }
         let flags = [
             (no_ref, "--no-ref"),
-            (job.reading.lenient, "--lenient"),
+            (job.options.reading.lenient, "--lenient"),
             (self.arguments.any_model, "--any-model"),
             (self.arguments.any_time, "--any-time"),
             (self.arguments.yes, "--yes"),

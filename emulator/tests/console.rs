@@ -160,6 +160,26 @@ fn what_is_no_text_ends_a_pipe_with_its_line() {
 }
 
 #[test]
+fn a_job_is_stepped_through_with_the_options_that_it_is_run_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.ncp");
+    fs::write(&job, "IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X1000 Z-5000\n").unwrap();
+    let job = job.to_str().unwrap();
+    let end = |options: &[&str]| {
+        said(&[&[job, "--machine", "mill"], options].concat(), "goto end\nprint x\n")
+    };
+    let last = |out: String| out.lines().last().unwrap_or_default().to_owned();
+    assert_eq!(last(end(&["--zero=100mm,50mm,-60mm"])), "8080");
+    assert_eq!(last(end(&[])), "80");
+    for other in ["examples/commands.txt", "examples/limit.jsonl", "imc4"] {
+        let refused = console(&[other, "--zero=1,2"], "");
+        let err = text(&refused.stderr);
+        assert!(err.contains(&format!("{other} is no job")) && err.contains("--zero"), "{err}");
+        assert_eq!(refused.status.code(), Some(2));
+    }
+}
+
+#[test]
 fn a_recording_is_opened_and_not_run() {
     let output = Command::new(VIMC4)
         .args(["run", "examples/overlooked.jsonl"])

@@ -38,6 +38,8 @@ pub struct Configuration {
     /// Values of quirks, by their names: texts, numbers or true and false.
     #[serde(deserialize_with = "quirks")]
     pub quirks: BTreeMap<String, String>,
+    /// What is said about jobs besides their file: options of a command line.
+    pub job_options: Option<Vec<String>>,
     /// What the controller is called.
     pub name: Option<String>,
     /// The folder that names of files are relative to.
@@ -68,7 +70,7 @@ fn quirks<'d, D: Deserializer<'d>>(from: D) -> Result<BTreeMap<String, String>, 
 }
 
 /// The attributes of a configuration: name, its type in JSON, and what it means.
-pub const ATTRIBUTES: [(&str, &str, &str); 17] = [
+pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     ("program", "string", "the file: a command list, a program (data field), a plot or a job file"),
     (
         "recording",
@@ -92,6 +94,11 @@ pub const ATTRIBUTES: [(&str, &str, &str); 17] = [
     ("time", "string", "with `serve`: how time passes, as in real, 8x or instant; real by default"),
     ("flash", "string", "with `serve`: a file that keeps the flash memory"),
     ("quirks", "object", "quirks of the model that have another value here"),
+    (
+        "jobOptions",
+        "array",
+        "what else is said about jobs, as `vimc4 ncp run` takes it: `[\"--zero=100mm,50mm,-60mm\"]`; nothing to other files",
+    ),
     (
         "cwd",
         "string",
@@ -183,6 +190,7 @@ impl Configuration {
                 model: own.model.or_else(|| self.model.clone()),
                 machine: own.machine.or_else(|| self.machine.clone()),
                 quirks: self.quirks.clone().into_iter().chain(own.quirks).collect(),
+                job_options: own.job_options.or_else(|| self.job_options.clone()),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),
                 controllers: Vec::new(),

@@ -9,7 +9,7 @@ use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::Handling;
 use vimc4_debug::Piece;
 use vimc4_device::{Condition, Device};
-use vimc4_script::{Host, Kind as Sort, Script, is_job, number, storing, takes_jobs, target};
+use vimc4_script::{Host, Kind as Sort, Script, is_job, number, storing, takes_jobs, target, told};
 
 use crate::call::{Answer, Outcome};
 use crate::served::Served;
@@ -38,7 +38,11 @@ pub(crate) fn pieces(served: &Served, content: &str) -> Outcome {
             0 => String::new(),
             more => format!(" ({more} more)"),
         };
-        return Err(Problem::new(Kind::NotUnderstood, format!("{name}: {first}{more}"), ""));
+        return Err(Problem::new(
+            Kind::NotUnderstood,
+            format!("{name}: {}{more}", told(first)),
+            "",
+        ));
     }
     let pieces = host.pieces.iter().zip(&host.lines);
     let pieces = pieces.map(|(piece, line)| written(served, *line, piece));

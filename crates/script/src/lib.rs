@@ -8,7 +8,7 @@ use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
 mod work;
-pub use work::{Host, is_job, number, said, storing, takes_jobs, target};
+pub use work::{Host, is_job, number, said, storing, takes_jobs, target, told};
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use vimc4_device::{Condition, SignalId};
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, InputTest, Job, Options, Question, Step, Target};
 use vimc4_ncp::language;
-use vimc4_ncp::{Problem, Severity};
+use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::ScriptLine;
 
@@ -35,7 +35,7 @@ pub struct Host {
     /// What a statement is.
     pub statement: Unit,
     /// What is wrong with lines of a job, from the first on.
-    pub errors: Vec<String>,
+    pub errors: Vec<Diagnostic>,
     /// The line that cannot be carried out, if the job ends there.
     pub impossible: Option<u32>,
 }
@@ -107,12 +107,12 @@ impl Host {
         wanted: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Option<Host>, String> {
         let mut host = Host::new(Unit::Line);
-        let mut errors: Vec<String> = Vec::new();
+        let mut errors: Vec<Diagnostic> = Vec::new();
         let mut job = Job::new(text, target, options);
         let mut orders = 0_u32;
         while let Some(order) = job.next(&mut |diagnostic| {
             if diagnostic.problem.severity() == Severity::Error {
-                errors.push(format!("line {}: {}", diagnostic.line, said(&diagnostic.problem)));
+                errors.push(diagnostic);
             }
         }) {
             orders = orders.wrapping_add(1);
@@ -146,7 +146,7 @@ impl Host {
             errors.clear();
             vimc4_ncp::job::check(text, target, options, &mut |diagnostic| {
                 if diagnostic.problem.severity() == Severity::Error {
-                    errors.push(format!("line {}: {}", diagnostic.line, said(&diagnostic.problem)));
+                    errors.push(diagnostic);
                 }
             });
         }
@@ -232,6 +232,12 @@ pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
         branch_from_next: inner.quirks.branches_from_next(),
     };
     Ok(Target::new(controller, machine))
+}
+
+/// A problem, where it is, and what would be right.
+#[must_use]
+pub fn told(diagnostic: &Diagnostic) -> String {
+    format!("line {}: {}", diagnostic.line, said(&diagnostic.problem))
 }
 
 /// A problem and what would be right.

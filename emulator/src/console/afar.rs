@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
 }
 
 /// What is said where the controller is started.
-const NOT_THERE: [&str; 16] = [
+const NOT_THERE: [&str; 21] = [
     "what",
     "model",
     "machine",
@@ -53,6 +53,11 @@ const NOT_THERE: [&str; 16] = [
     "keep_going",
     "time",
     "axes",
+    "no_ref",
+    "drilldef_unit",
+    "lenient",
+    "zero",
+    "wpreg",
     "pty",
     "replace",
     "tcp",

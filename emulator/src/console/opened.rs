@@ -17,6 +17,7 @@ use vimc4_timeline::{Branch, Place};
 
 use crate::failure::Failure;
 use crate::job::file;
+use crate::job::source::JobOptions;
 use crate::opened::{self, Program, Ways};
 use crate::recording::file::Share;
 use crate::recording::history::{self, Commands};
@@ -35,7 +36,7 @@ pub(crate) struct Opened {
 }
 
 /// How a file is sent to a controller in virtual time, so that there is a history.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Sending {
     /// The most time that may pass.
     pub(crate) time: Duration,
@@ -43,11 +44,14 @@ pub(crate) struct Sending {
     pub(crate) keeps_going: bool,
     /// The axes of a data field, if its comments do not say them.
     pub(crate) axes: Option<u8>,
+    /// What is said about a job.
+    pub(crate) job: JobOptions,
 }
 
 impl Default for Sending {
     fn default() -> Sending {
-        Sending { time: Duration::from_secs(3_600), keeps_going: false, axes: None }
+        let time = Duration::from_secs(3_600);
+        Sending { time, keeps_going: false, axes: None, job: JobOptions::default() }
     }
 }
 
@@ -60,22 +64,26 @@ impl Default for Sending {
 /// If it cannot be read or is none of these.
 pub(crate) fn open(path: &Path, setup: Setup, sending: Sending) -> Result<Opened, Failure> {
     if history::is_recording(path, &file::beginning(path)) {
+        sending.job.only_for_jobs(&text::name(path))?;
         let history::Opened { debugger, machine, share, .. } =
             history::open(path, Commands::Unlisted)?;
         return Ok(Opened { debugger, machine, note: None, share: Some(share) });
     }
-    let ways = Ways { axes: sending.axes, ..Ways::default() };
+    let ways = Ways { axes: sending.axes, job: sending.job.clone(), ..Ways::default() };
     let program = opened::read(path, setup, &ways, &|| true)?;
     let program = program.ok_or_else(|| Failure::midway("nobody has waited for it"))?;
-    Ok(send(program, path, sending))
+    if !program.is_job {
+        sending.job.only_for_jobs(&text::name(path))?;
+    }
+    Ok(send(program, path, &sending))
 }
 
 /// Sends all of it, each when the one before is done, or as far as it waits for something, and stands at the
 /// beginning again. The rest is sent as one goes on, on a branch too. Who is not told otherwise sends nothing more
 /// after an error reply.
-fn send(program: Program, path: &Path, sending: Sending) -> Opened {
-    let Program { machine, history, mut source, pieces, lines, start, .. } = program;
-    let (is_stored, impossible, errors) = (program.is_stored, program.impossible, program.errors);
+fn send(program: Program, path: &Path, sending: &Sending) -> Opened {
+    let ends_early = program.ends_early();
+    let Program { machine, history, mut source, pieces, lines, start, is_stored, .. } = program;
     source.name = text::name(path);
     let careful = |feed: Feed| if sending.keeps_going { feed } else { feed.until_error() };
     let debugger = Debugger::over(history);
@@ -102,12 +110,9 @@ fn send(program: Program, path: &Path, sending: Sending) -> Opened {
         Some(start) if note.is_none() => debugger.then(start),
         _ => {}
     }
-    if let (None, Some(line)) = (&note, impossible) {
-        let why = errors.into_iter().next().unwrap_or_default();
-        let why = why.strip_prefix(&format!("line {line}: ")).unwrap_or(&why).to_owned();
-        note = Some(format!("line {line} cannot be carried out: {why}"));
-    }
-    note = note.or_else(|| Some(format!("{}; the rest is sent then", debugger.waits()?)));
+    note = note
+        .or(ends_early)
+        .or_else(|| Some(format!("{}; the rest is sent then", debugger.waits()?)));
     let first = debugger.history().branches().next();
     if let Some(Branch { id: branch, first: moment, .. }) = first {
         // It is there.
@@ -117,7 +122,7 @@ fn send(program: Program, path: &Path, sending: Sending) -> Opened {
 }
 
 /// Goes on until everything was sent and is done, or until it waits. Says what went wrong, if so.
-fn run_ahead(debugger: &mut Debugger, sending: Sending) -> Option<String> {
+fn run_ahead(debugger: &mut Debugger, sending: &Sending) -> Option<String> {
     let end = debugger.now() + sending.time;
     let refused = Trigger::Condition(Condition::Error { code: None });
     let counts = Options { log: Some(String::new()), ..Options::default() };

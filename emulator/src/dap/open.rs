@@ -18,6 +18,7 @@ use vimc4_timeline::Progress;
 use super::live::{self, Served};
 use crate::failure::Failure;
 use crate::job::file::{self, OR_INPUT};
+use crate::job::source::JobOptions;
 use crate::live::Ring;
 use crate::opened::{self, Program, Ways};
 use crate::recording::history::{self, Commands};
@@ -189,6 +190,7 @@ fn read(
 
 /// A program for an editor: it is sent as one goes on.
 fn opened(program: Program, keeps_going: bool) -> Opened {
+    let said = program.ends_early();
     let Program { name, history, mut source, pieces, lines, start, stored, statement, .. } =
         program;
     source.name = absolute(Path::new(&source.name));
@@ -196,8 +198,8 @@ fn opened(program: Program, keeps_going: bool) -> Opened {
     let feed = Feed::new(pieces).of_lines(lines);
     let feed = if keeps_going { feed } else { feed.until_error() };
     let debugger = Debugger::over(history).with_source(source).with_feed(feed);
-    let (live, said) = (None, String::new());
-    Opened { name, debugger, stored, is_file: true, statement, live, said }
+    let said = said.unwrap_or_default();
+    Opened { name, debugger, stored, is_file: true, statement, live: None, said }
 }
 
 fn of_program(
@@ -205,18 +207,27 @@ fn of_program(
     path: &Path,
     wanted: &dyn Fn() -> bool,
 ) -> Result<Program, Refusal> {
-    let Configuration { model, machine, quirks, .. } = configuration;
+    let Configuration { model, machine, quirks, job_options, .. } = configuration;
     let setup = Setup::said(model.clone(), machine.clone());
     let quirks: Vec<(String, String)> =
         quirks.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-    let ways = Ways { quirks, axes: None };
+    let options = JobOptions::of_words(job_options.as_deref().unwrap_or_default());
+    let job = options.map_err(|failure| Refusal(format!("`jobOptions`: {}", failure.text())))?;
+    let is_lenient = job.reading.lenient;
+    let ways = Ways { quirks, axes: None, job };
     let program = opened::read(path, setup, &ways, wanted).map_err(refused)?;
     let Some(program) = program else { return Err(Refusal::cancelled()) };
-    if !program.errors.is_empty() {
+    if !program.errors.is_empty() && !is_lenient {
         let more = program.errors.len().saturating_sub(MOST_ERRORS);
         let told = program.errors.get(..MOST_ERRORS).unwrap_or(&program.errors).join(", ");
         let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-        return Err(Refusal(format!("{}: {told}{more}", text::name(path))));
+        let name = text::name(path);
+        // The remedy of an error may be an option, as it is called on a command line.
+        let where_options_go = match told.contains(" --") {
+            true => " (such options stand in `jobOptions`)",
+            false => "",
+        };
+        return Err(Refusal(format!("{name}: {told}{more}{where_options_go}")));
     }
     Ok(program)
 }

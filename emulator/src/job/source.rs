@@ -20,13 +20,69 @@ pub(crate) struct JobArguments {
     #[command(flatten)]
     pub(crate) setup: Setup,
     #[command(flatten)]
+    pub(crate) options: JobOptions,
+}
+
+/// What is said about a job besides its file, the same for every command and editor.
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+pub(crate) struct JobOptions {
+    #[command(flatten)]
     pub(crate) reading: Reading,
     #[command(flatten)]
     pub(crate) zeros: Zeros,
 }
 
+/// The names of these options.
+pub(crate) const JOB_OPTIONS: &str = "--no-ref, --lenient, --zero, --wpreg, --drilldef-unit";
+
+impl JobOptions {
+    /// The options in a list of words, as settings of editors have it.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with a word, and what there is.
+    pub(crate) fn of_words(words: &[String]) -> Result<JobOptions, Failure> {
+        #[derive(clap::Parser)]
+        #[command(no_binary_name = true, disable_help_flag = true)]
+        struct Words {
+            #[command(flatten)]
+            options: JobOptions,
+        }
+        let read = <Words as clap::Parser>::try_parse_from(words);
+        read.map(|words| words.options).map_err(|error| {
+            let error = error.to_string();
+            // What stands below is how a command line is written.
+            let what = error.lines().next().unwrap_or_default();
+            let what = what.strip_prefix("error: ").unwrap_or(what);
+            Failure::usage(format!(
+                "{what}; the options of jobs are {JOB_OPTIONS}, each a word with its value, as in \
+                 --zero=100mm,50mm,-20mm"
+            ))
+        })
+    }
+
+    /// Whether any is given.
+    pub(crate) fn are_given(&self) -> bool {
+        *self != JobOptions::default()
+    }
+
+    /// Refuses them for something that is no job.
+    ///
+    /// # Errors
+    ///
+    /// If any is given.
+    pub(crate) fn only_for_jobs(&self, name: &str) -> Result<(), Failure> {
+        match self.are_given() {
+            true => Err(Failure::usage(format!(
+                "{name} is no job; {JOB_OPTIONS} are for job files, so leave them out"
+            ))),
+            false => Ok(()),
+        }
+    }
+}
+
 /// Where the work-piece lies, for files that leave it to the machine.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub(crate) struct Zeros {
     /// Where the work-piece zero is before the file says anything: machine coordinates in µm, A in
     /// arc seconds, or with a unit, as in 100mm,50mm,-20mm; an axis may be left out
@@ -38,11 +94,6 @@ pub(crate) struct Zeros {
 }
 
 impl Zeros {
-    /// Whether there are none.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.zero.is_none() && self.wpreg.is_empty()
-    }
-
     /// Takes them instead of those of the machine's profile.
     pub(crate) fn set(&self, site: &mut Site) -> Result<(), Failure> {
         let zeros = self.zero.iter().chain(self.wpreg.iter().map(|register| &register.zero));
@@ -60,7 +111,7 @@ impl Zeros {
 }
 
 /// How a job file is read.
-#[derive(Clone, Copy, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
 pub(crate) struct Reading {
     /// Take the present point as the machine's zero where the file begins without a REF, instead
     /// of referencing all axes first
@@ -75,17 +126,11 @@ pub(crate) struct Reading {
     pub(crate) lenient: bool,
 }
 
-/// The default reading of a job.
-impl Default for Reading {
-    fn default() -> Reading {
-        Reading { no_ref: false, drilldef_unit: Unit::Um, lenient: false }
-    }
-}
-
 /// The unit of what DRILLDEF sets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Unit {
     /// Micrometres, as the manual's example and most programs have it
+    #[default]
     Um,
     /// Millimetres, as the manual's table and some programs have it
     Mm,
@@ -134,8 +179,7 @@ impl Site {
 impl JobArguments {
     /// A job file, read with the default options.
     pub(crate) fn new(file: PathBuf, setup: Setup) -> JobArguments {
-        let zeros = Zeros { zero: None, wpreg: Vec::new() };
-        JobArguments { file, setup, reading: Reading::default(), zeros }
+        JobArguments { file, setup, options: JobOptions::default() }
     }
 
     /// The name of the file, for people.
@@ -156,7 +200,7 @@ impl JobArguments {
     /// The controller and the machine.
     pub(crate) fn site(&self) -> Result<Site, Failure> {
         let mut site = Site::new(self.setup.model(), self.setup.machine())?;
-        self.zeros.set(&mut site)?;
+        self.options.zeros.set(&mut site)?;
         Ok(site)
     }
 }

@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let site = job.site()?;
     let text = job.text()?;
     let mut problems = Problems::new(job, &text, arguments.format, Box::new(io::stdout()));
-    let summary = check(&text, &site.target, job.reading.options(), &mut |diagnostic| {
+    let summary = check(&text, &site.target, job.options.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
     problems.summary.lines = summary.lines;
@@ -78,7 +78,9 @@ pub(crate) fn before_zero(job: &JobArguments, site: &Site, text: &str) -> Result
                     | job::Problem::BeyondCounter { .. }
             )
         );
-        job.reading.severity(diagnostic) == Severity::Error && !depends && !job.reading.lenient
+        job.options.reading.severity(diagnostic) == Severity::Error
+            && !depends
+            && !job.options.reading.lenient
     })
 }
 
@@ -90,7 +92,7 @@ fn judge(
 ) -> Result<(), Failure> {
     let name = job.name();
     let mut problems = Problems::new(job, text, Format::Full, Box::new(io::stderr()));
-    check(text, &site.target, job.reading.options(), &mut |diagnostic| {
+    check(text, &site.target, job.options.reading.options(), &mut |diagnostic| {
         if counts(&diagnostic) {
             problems.show(diagnostic);
         }
@@ -103,7 +105,7 @@ fn judge(
     match summary.errors {
         0 => Ok(()),
         // It ends where it cannot be carried out.
-        _ if job.reading.lenient => Ok(()),
+        _ if job.options.reading.lenient => Ok(()),
         1 => Err(Failure::midway(format!("{name} has an error; correct it, and begin again"))),
         errors => Err(Failure::midway(format!(
             "{name} has {errors} errors; correct them, and begin again"

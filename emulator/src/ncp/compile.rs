@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let name = job.name();
     let mut problems = Problems::new(job, &text, Format::Full, Box::new(io::stderr()));
     let options =
-        Options { leave_out_tools: arguments.leave_out_tool_changes, ..job.reading.options() };
+        Options { leave_out_tools: arguments.leave_out_tool_changes, ..job.options.reading.options() };
     let field = compile(&text, &site.target, options, &mut |diagnostic| {
         problems.show(diagnostic);
     });
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(end) = end {
         let _ = writeln!(io::stderr(), "{end}");
     }
-    let Some(field) = field.filter(|_| summary.errors == 0 || job.reading.lenient) else {
+    let Some(field) = field.filter(|_| summary.errors == 0 || job.options.reading.lenient) else {
         return Err(Failure::midway(format!(
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));

@@ -17,7 +17,7 @@ use vimc4_dap::framing::Decoder;
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::job::source::{Reading, Site, Zeros};
+use crate::job::source::{JobOptions, Site};
 
 use messages::{Incoming, LARGEST, Outgoing};
 use server::Server;
@@ -52,16 +52,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     machine: String,
     #[command(flatten)]
-    reading: Reading,
-    #[command(flatten)]
-    zeros: Zeros,
+    options: JobOptions,
 }
 
 /// Serves until the client says `exit` or is gone; the exit code is 0 if it said `shutdown`.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut site = Site::new(&arguments.model, &arguments.machine)?;
-    arguments.zeros.set(&mut site)?;
-    let mut server = Server::new(site.target, arguments.reading, parent::guard);
+    arguments.options.zeros.set(&mut site)?;
+    let mut server = Server::new(site.target, arguments.options.reading, parent::guard);
     let (sender, incoming) = mpsc::channel();
     thread::spawn(move || read(&sender));
     let mut out = BufWriter::new(io::stdout().lock());

@@ -64,7 +64,7 @@ impl<'t> Problems<'t> {
                 Format::Full | Format::Short => job.name(),
             },
             format,
-            reading: job.reading,
+            reading: job.options.reading,
             lines: lines(text),
             text,
             current: (0, ""),

@@ -135,7 +135,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     if !arguments.yes && io::stdin().is_terminal() {
         operator.listen_at_leisure();
     }
-    let mut work = Work::Job(Box::new(Job::new(text, &site.target, job.reading.options())));
+    let mut work = Work::Job(Box::new(Job::new(text, &site.target, job.options.reading.options())));
     let ending = perform(&mut work, &mut link, &mut operator);
     let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
@@ -180,20 +180,30 @@ impl Checked {
     fn of(job: &JobArguments, site: &Site, text: &str) -> Checked {
         let all: Vec<_> = lines(text).collect();
         let mut checked = Checked::default();
-        vimc4_ncp::job::check(text, &site.target, job.reading.options(), &mut |diagnostic| {
-            let severity = job.reading.severity(&diagnostic);
-            let line = all.get(diagnostic.line.saturating_sub(1) as usize);
-            checked.told.push(as_json(&diagnostic, severity, line.map_or("", |line| line.text)));
-            let first = checked.refused.as_ref().is_none_or(|found| diagnostic.line < found.line);
-            // A lenient reading goes as far as possible.
-            if severity == Severity::Error && first && !job.reading.lenient {
-                checked.refused = Some(Refused {
-                    line: diagnostic.line,
-                    offset: line.map_or(0, |line| line.offset),
-                    problem: diagnostic.problem.to_string(),
-                });
-            }
-        });
+        vimc4_ncp::job::check(
+            text,
+            &site.target,
+            job.options.reading.options(),
+            &mut |diagnostic| {
+                let severity = job.options.reading.severity(&diagnostic);
+                let line = all.get(diagnostic.line.saturating_sub(1) as usize);
+                checked.told.push(as_json(
+                    &diagnostic,
+                    severity,
+                    line.map_or("", |line| line.text),
+                ));
+                let first =
+                    checked.refused.as_ref().is_none_or(|found| diagnostic.line < found.line);
+                // A lenient reading goes as far as possible.
+                if severity == Severity::Error && first && !job.options.reading.lenient {
+                    checked.refused = Some(Refused {
+                        line: diagnostic.line,
+                        offset: line.map_or(0, |line| line.offset),
+                        problem: diagnostic.problem.to_string(),
+                    });
+                }
+            },
+        );
         checked
     }
 }

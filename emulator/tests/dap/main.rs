@@ -826,6 +826,68 @@ fn jobs_stop_at_their_questions() {
     editor.ask("launch", json!({ "program": wrong }));
 }
 
+/// Where the work-piece lies is said as to `vimc4 ncp run`, beside several controllers, too.
+#[test]
+fn a_job_is_debugged_with_the_options_that_it_is_run_with() {
+    let (_folder, job) = file("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X1000 Z-5000\n");
+    let zero = json!(["--zero=100mm,50mm,-60mm"]);
+    for (launch, x) in [
+        (json!({ "program": job, "jobOptions": zero }), "8080"),
+        (json!({ "program": job }), "80"),
+        (json!({ "controllers": [{ "program": job }], "jobOptions": zero }), "8080"),
+        (
+            json!({ "controllers": [{ "program": job, "jobOptions": [] }], "jobOptions": zero }),
+            "80",
+        ),
+    ] {
+        let mut launch = launch;
+        launch["machine"] = "mill".into();
+        let mut editor = Editor::at_entry(launch.clone());
+        editor.walk("continue");
+        assert_eq!(editor.value("x"), x, "{launch}");
+    }
+    // To what is no job they say nothing.
+    let mut list = drilling();
+    list["jobOptions"] = zero;
+    drop(Editor::at_entry(list));
+}
+
+#[test]
+fn options_of_jobs_that_are_wrong_are_refused_with_what_is_right() {
+    let (_folder, job) = file("IMF_PBL\nWPZERO\nMOVEABS X1000\n");
+    for (options, wrong) in [
+        (json!(["--zerro=1,2"]), "'--zerro'"),
+        (json!(["--zero=1,2,foo"]), "\"foo\" is not a coordinate of Z"),
+        (json!(["--yes"]), "--no-ref, --lenient, --zero"),
+        (json!([5]), "expected a string"),
+        (json!("--lenient"), "expected a sequence"),
+    ] {
+        let launch = json!({ "program": job, "machine": "mill", "jobOptions": options });
+        let refused = Editor::new().refused("launch", launch);
+        assert!(refused.contains(wrong), "{refused}");
+    }
+    // A remedy that is an option says where options go.
+    let refused = Editor::new().refused("launch", json!({ "program": job, "machine": "mill" }));
+    assert!(refused.contains("--no-ref") && refused.contains("`jobOptions`"), "{refused}");
+    drop(Editor::at_entry(json!({ "program": job, "jobOptions": ["--no-ref"] })));
+}
+
+/// It ends where `vimc4 ncp run --lenient` ends it.
+#[test]
+fn a_lenient_reading_leaves_lines_out_and_says_where_the_job_ends() {
+    let (_folder, job) = file("IMF_PBL\n(Steps: 64)\nREF XYZ\nMOVEABS X1000\nMOVABS Y1000\n");
+    let lenient = json!({ "program": job, "machine": "mill", "jobOptions": ["--lenient"] });
+    let mut editor = Editor::at_entry(lenient);
+    let said = editor.events.iter().find(|(event, body)| {
+        *event == "output" && text(&body["output"]).contains("line 5 cannot be carried out")
+    });
+    assert!(said.is_some(), "{:?}", editor.events);
+    editor.walk("continue");
+    assert_eq!(editor.value("x"), "80");
+    let refused = Editor::new().refused("launch", json!({ "program": job, "machine": "mill" }));
+    assert!(refused.contains("line 2: ") && refused.contains("line 5: "), "{refused}");
+}
+
 #[test]
 fn waits_that_follow_each_other_all_stop_both_ways() {
     let job = "IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nGETTOOL 3\nWPTEACH\nHALT\n";
