@@ -3,15 +3,14 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use vimc4::{Coverage, Model, add_coverage, read_coverage};
 use vimc4_coverage::Collector;
 use vimc4_device::{Event, Kinds};
 
-use crate::endings;
 use crate::failure::Failure;
 use crate::identity::none_twice;
+use crate::kept::Kept;
 use crate::output;
 
 #[derive(clap::Args)]
@@ -107,47 +106,30 @@ pub(crate) fn keep(path: &Path, met: impl IntoIterator<Item = Coverage>) -> Resu
 }
 
 /// Counts what a run in virtual time meets, and keeps it even if somebody ends the program.
-pub(crate) struct Covering(Arc<Counted>);
-
-struct Counted {
+pub(crate) struct Covering {
     path: PathBuf,
-    /// Nothing any more once it is kept.
-    collector: Mutex<Option<Collector>>,
+    collector: Kept<Collector>,
 }
 
 impl Covering {
     pub(crate) const KINDS: Kinds = Collector::KINDS;
 
     pub(crate) fn new(path: &Path, model: &Model) -> Result<Covering, Failure> {
-        let collector = Mutex::new(Some(Collector::new(model)));
-        let counted = Arc::new(Counted { path: path.to_owned(), collector });
+        let path = path.to_owned();
+        let at_end = path.clone();
         // Whoever finds the file may end the program, and what it has met until then is kept.
-        let at_end = Arc::clone(&counted);
-        endings::before_end(move || at_end.keep())?;
-        begin(path, model)?;
-        Ok(Covering(counted))
+        let collector = Kept::new(Collector::new(model));
+        let collector = collector.ended(move |met| keep(&at_end, [met.coverage().clone()]))?;
+        begin(&path, model)?;
+        Ok(Covering { path, collector })
     }
 
     pub(crate) fn see(&self, event: &Event) {
-        if let Some(collector) = &mut *self.0.lock() {
-            collector.see(event);
-        }
+        self.collector.with(|collector| collector.see(event));
     }
 
     pub(crate) fn keep(self) -> Result<(), Failure> {
-        self.0.keep()
-    }
-}
-
-impl Counted {
-    /// Adds it to the file, once.
-    fn keep(&self) -> Result<(), Failure> {
-        let mut collector = self.lock();
-        let met = collector.take().map(|collector| collector.coverage().clone());
-        keep(&self.path, met)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Option<Collector>> {
-        self.collector.lock().unwrap_or_else(PoisonError::into_inner)
+        let Covering { path, collector } = self;
+        collector.finish(|met| keep(&path, [met.coverage().clone()]))
     }
 }

@@ -13,7 +13,7 @@ use vimc4_motion::{Path, Profile, Segment};
 use vimc4_picture::{Axis, Back, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
-use crate::output::{create, unwritable};
+use crate::output::{claim, unwritable};
 use crate::text;
 
 /// What is written of what is done, besides its answers.
@@ -33,8 +33,8 @@ impl Shown {
         self.pictured.files().chain(exported)
     }
 
-    /// Begins what is wanted. Files are created now, so that what cannot be written is known before
-    /// anything is done.
+    /// Begins what is wanted. What cannot be written is known before anything is done, and what stands there
+    /// stays until the end.
     pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {
         let mut drawing = self.pictured.begin(frame.clone())?;
         for pair in self.formats.chunks_exact(2) {
@@ -49,7 +49,7 @@ impl Shown {
                 }
             };
             let path = PathBuf::from(path);
-            create(&path)?;
+            claim(&path)?;
             let drawing = drawing.get_or_insert_with(|| Drawing::new(frame.clone()));
             drawing.exports.push((write, path));
         }
@@ -112,8 +112,8 @@ impl Pictured {
         self.plot.iter().map(PathBuf::as_path)
     }
 
-    /// Begins a picture, if one is wanted. Its file is created now, so that what cannot be written is
-    /// known before anything is done.
+    /// Begins a picture, if one is wanted. What cannot be written is known before anything is done,
+    /// and what stands there stays until the end.
     pub(crate) fn begin(&self, frame: Frame) -> Result<Option<Drawing>, Failure> {
         let Some(path) = &self.plot else { return Ok(None) };
         let end = path.extension().and_then(|end| end.to_str()).unwrap_or_default();
@@ -127,7 +127,7 @@ impl Pictured {
                 )));
             }
         };
-        create(path)?;
+        claim(path)?;
         let views = self.plot_view.iter().map(|view| match view {
             ViewName::Top => View::Top,
             ViewName::Front => View::Front,
@@ -157,6 +157,8 @@ pub(crate) struct Drawing {
     frame: Frame,
     /// Where the carriages stood when the counters were 0 for the first motion.
     stood: Option<Vec<i64>>,
+    /// When something has happened last, and where the counters were.
+    seen: (Time, Point),
     picture: Option<(Format, PathBuf)>,
     exports: Vec<(Export, PathBuf)>,
     views: Vec<View>,
@@ -174,6 +176,7 @@ impl Drawing {
             plot: Plot::new(),
             frame,
             stood: None,
+            seen: (Time::ZERO, Point::default()),
             picture: None,
             exports: Vec::new(),
             views: Vec::new(),
@@ -193,6 +196,7 @@ impl Drawing {
             self.plot.purpose(self.purpose(device));
         }
         self.plot.see(at, event);
+        self.seen = (at, device.position(at));
     }
 
     /// At this time a controller was put into the state in which it is now.
@@ -210,6 +214,7 @@ impl Drawing {
         let running = device.running().map(|running| (running.began, running.segment));
         let back = Back { now, counters: device.position(now), shift, running, text };
         self.plot.put_back(at, back);
+        self.seen = (now, device.position(now));
         self.plot.purpose(self.purpose(device));
     }
 
@@ -250,6 +255,12 @@ impl Drawing {
         self.plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin, segment }));
         self.plot.see(now, &Event::Motion(Motion::Ends { steps }));
         self.finish(now, &std::array::from_fn(|axis| origin[axis] + end[axis]))
+    }
+
+    /// Draws what was seen, with which Ctrl-C is content.
+    pub(crate) fn finish_seen(self) -> Result<(), Failure> {
+        let (now, counters) = self.seen;
+        self.finish(now, &counters)
     }
 
     /// Draws what was done up to now, with the counters as they are.

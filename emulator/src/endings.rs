@@ -3,6 +3,7 @@
 use std::future::poll_fn;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 #[cfg(windows)]
 use std::task::Context;
@@ -123,6 +124,21 @@ const INTERRUPTED: i32 = 130;
 type Deed = Box<dyn FnOnce() -> Result<(), Failure> + Send>;
 static DEEDS: Mutex<Vec<Deed>> = Mutex::new(Vec::new());
 
+/// That it is being done.
+static BEGUN: AtomicBool = AtomicBool::new(false);
+
+/// Whether somebody ends the program, and what is still to be done for that is being done.
+pub(crate) fn has_begun() -> bool {
+    BEGUN.load(Ordering::Relaxed)
+}
+
+/// Lets those do it who end the program.
+pub(crate) fn wait_for_end() -> ! {
+    loop {
+        thread::park();
+    }
+}
+
 /// Has something done before Ctrl-C, or another request, ends the program; one more ends it at once.
 ///
 /// # Errors
@@ -142,6 +158,7 @@ pub(crate) fn before_end(
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     let mut endings = runtime.block_on(async { Endings::listen() });
     let end = move || {
+        BEGUN.store(true, Ordering::Relaxed);
         for deed in std::mem::take(&mut *lock()) {
             if let Err(failure) = deed() {
                 failure.report();

@@ -1,6 +1,6 @@
 //! Standard output, where what was asked for goes.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,12 +29,22 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
 
 /// A new file for what is drawn, at a name that somebody has given.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
+    opened(path, OpenOptions::new().truncate(true))
+}
+
+/// Sees to it before anything is done that a file can be written at the end. What stands there stays until
+/// then.
+pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
+    opened(path, OpenOptions::new().truncate(false)).map(drop)
+}
+
+fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
     if path == Path::new("-") {
         return Err(Failure::usage(
             "`-` is where the report goes, and this needs a file; name one, or `./-` for one of that name",
         ));
     }
-    File::create(path).map_err(|error| unwritable(path, &error))
+    how.write(true).create(true).open(path).map_err(|error| unwritable(path, &error))
 }
 
 /// Why a file cannot be written.

@@ -66,7 +66,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let drawing = arguments.world.shown.begin(frame)?;
     let sheets = arguments.world.drawn.open(None)?;
     let driver = Driver::new(controller, meter, arguments.loops);
-    let driver = driver.recording(tape).covering(covering).drawing(drawing);
+    let driver = driver.recording(tape)?.covering(covering).drawing(drawing)?;
     let driver = driver.waving(sheets, &model)?;
     let report = RunReport::new(&arguments, &script);
     let mut session =

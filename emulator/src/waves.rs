@@ -4,9 +4,7 @@ use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -14,8 +12,8 @@ use vimc4_catalogue::{Details, Model};
 use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
-use crate::endings;
 use crate::failure::Failure;
+use crate::kept::Kept;
 use crate::output::create;
 use crate::places::numbered;
 
@@ -49,16 +47,14 @@ pub(crate) struct Sheets {
 
 /// A device that is being drawn.
 pub(crate) struct Waves {
-    drawn: Arc<Half>,
+    drawn: Kept<Half>,
     model: Model,
 }
 
 /// What is drawn so far: no more than half of a file, until it is ended.
 struct Half {
-    analyser: Mutex<Option<Analyser>>,
+    analyser: Analyser,
     files: Vec<Page>,
-    /// The program ends, and who draws is to let go.
-    ends: AtomicBool,
 }
 
 impl Drawn {
@@ -130,14 +126,9 @@ impl Sheets {
             beside(path, "gtkw", &layout::gtkwave(scene, &whole.display().to_string()))?;
             beside(path, "sucl", &layout::surfer(scene))?;
         }
-        let (analyser, ends) = (Mutex::new(Some(analyser)), AtomicBool::new(false));
-        let drawn = Arc::new(Half { analyser, files: self.files, ends });
+        let mut drawn = Kept::new(Half { analyser, files: self.files });
         if self.is_kept {
-            let half = Arc::clone(&drawn);
-            endings::before_end(move || {
-                half.ends.store(true, Ordering::Relaxed);
-                half.end(Time::ZERO)
-            })?;
+            drawn = drawn.ended(|half| half.end(Time::ZERO))?;
         }
         Ok(Waves { drawn, model: model.clone() })
     }
@@ -164,12 +155,12 @@ impl Waves {
 
     /// Something went into the device.
     pub(crate) fn given(&mut self, at: Time, input: Input<'_>) {
-        self.drawn.with(|analyser| analyser.given(at, input));
+        self.drawn.with(|half| half.analyser.given(at, input));
     }
 
     /// The device has been put into another state by somebody.
     pub(crate) fn restored<D: Device<Details = Details>>(&mut self, device: &D, by: &str) {
-        self.drawn.with(|analyser| analyser.restored(device, by, drives(&self.model)));
+        self.drawn.with(|half| half.analyser.restored(device, by, drives(&self.model)));
     }
 
     /// What came out, and the device now.
@@ -178,7 +169,7 @@ impl Waves {
         device: &D,
         outputs: &VecDeque<Output>,
     ) {
-        self.drawn.with(|analyser| {
+        self.drawn.with(|Half { analyser, .. }| {
             for output in outputs {
                 match output {
                     Output::Bytes(at, bytes) => analyser.sent(*at, bytes),
@@ -196,31 +187,14 @@ impl Waves {
     ///
     /// If not everything could be written.
     pub(crate) fn finish(self, at: Time) -> Result<(), Failure> {
-        self.drawn.end(at)
+        self.drawn.finish(|half| half.end(at))
     }
 }
 
 impl Half {
-    fn lock(&self) -> MutexGuard<'_, Option<Analyser>> {
-        self.analyser.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn with(&self, draw: impl FnOnce(&mut Analyser)) {
-        while self.ends.load(Ordering::Relaxed) {
-            thread::park();
-        }
-        if let Some(analyser) = &mut *self.lock() {
-            draw(analyser);
-        }
-    }
-
     /// Ends the files, at this time or where they are further already.
-    fn end(&self, at: Time) -> Result<(), Failure> {
-        // Whoever else ends them waits until they are ended.
-        let mut analyser = self.lock();
-        if let Some(analyser) = analyser.take() {
-            analyser.finish(at);
-        }
+    fn end(self, at: Time) -> Result<(), Failure> {
+        self.analyser.finish(at);
         self.files.iter().try_for_each(Page::finish)
     }
 }

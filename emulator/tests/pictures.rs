@@ -12,7 +12,8 @@ use tempfile::TempDir;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{VIMC4, root, said, shell, shown};
+use process::{Process, VIMC4, root, said, shell, shown};
+use rustix::process::Signal;
 
 const MANUAL: &str = include_str!("../../docs/pictures.md");
 
@@ -160,6 +161,43 @@ fn the_path_goes_to_other_programs() {
     );
     let drawing = read(folder.path(), "drill.dxf");
     assert_eq!(drawing.matches("\nFEED\n 10\n").count(), 5, "{drawing}");
+}
+
+/// Whoever has seen enough presses Ctrl-C, and has what was done until then.
+#[test]
+fn an_interrupted_run_leaves_what_happened_until_then() {
+    let folder = bench();
+    let path = |name: &str| folder.path().join(name);
+    let endless = "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n";
+    written(folder.path(), "endless.txt", endless);
+    // No job is endless, but its steps fill a disk.
+    let moves = "MOVEREL X9000\nMOVEREL X-9000\n".repeat(50_000);
+    written(folder.path(), "long.ncp", &format!("IMF_PBL_V1.0\n{moves}PROGEND\n"));
+    let line = "run endless.txt --machine mill --for 10000h";
+    let job = "ncp run long.ncp --machine mill --no-ref";
+    let outputs = "--plot out.svg --as gcode out.nc --as dxf out.dxf --trace out.trace";
+    for (line, name) in [(line, "line.jsonl.gz"), (job, "job.jsonl")] {
+        // What stood there stays until the end.
+        for name in ["out.svg", "out.nc", "out.dxf", "out.trace"] {
+            written(folder.path(), name, "what stood there\n");
+        }
+        let all = format!("{line} {outputs} --record {name}");
+        let mut command = process::vimc4(folder.path(), &all.split(' ').collect::<Vec<_>>());
+        let mut under_way = Process::of(command.spawn().unwrap());
+        let size = |name: &str| fs::metadata(path(name)).map_or(0, |file| file.len());
+        process::until("it runs", || size("out.trace") > 100_000);
+        assert_eq!(read(folder.path(), "out.nc"), "what stood there\n");
+        under_way.signal(Signal::INT);
+        assert_eq!(under_way.end().0, Some(130), "{line}");
+        let [svg, code, drawing, trace] =
+            ["out.svg", "out.nc", "out.dxf", "out.trace"].map(|name| read(folder.path(), name));
+        assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
+        assert!(code.contains("\nG1 ") && code.ends_with("\nM2\n"), "{code}");
+        assert!(drawing.trim_end().ends_with("EOF"), "{drawing}");
+        assert_eq!(trace.lines().last().map(|row| row.split(',').count()), Some(5));
+        let (code, said, _) = run(folder.path(), &format!("replay {name}"));
+        assert!(code == 0 && said.starts_with("equal: "), "{said}");
+    }
 }
 
 #[test]

@@ -115,9 +115,9 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let frame = drawing::frame(&job.file, &site.model, &site.machine);
     let mut link = Virtual::new(
         Driver::new(controller, meter, None)
-            .recording(arguments.world.tape(&site.model, &site.machine)?)
+            .recording(arguments.world.tape(&site.model, &site.machine)?)?
             .covering(arguments.world.covering(&site.model)?)
-            .drawing(arguments.world.shown.begin(frame)?)
+            .drawing(arguments.world.shown.begin(frame)?)?
             .waving(arguments.world.drawn.open(None)?, &site.model)?,
         Handling::of(&site.model),
         arguments.json,
@@ -143,7 +143,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     link.driver.keep_coverage()?;
     link.driver.finish_drawing()?;
     link.driver.end_waves()?;
-    link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
+    link.driver.meter.end_trace()?;
     Ok(code)
 }
 

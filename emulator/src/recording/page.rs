@@ -13,7 +13,7 @@ use vimc4_timeline::{Branch, BranchId, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
-use crate::output::{create, unwritable};
+use crate::output::{claim, unwritable};
 use crate::text;
 
 /// How a page begins.
@@ -27,7 +27,7 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
             "{name} is there and is no page, and would be overwritten; name another file"
         )));
     }
-    create(out)?;
+    claim(out)?;
     let Opened { mut debugger, model, machine, .. } = open(recording, Commands::Unlisted)?;
     if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
         return Err(Failure::midway(why));

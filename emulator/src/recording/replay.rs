@@ -19,6 +19,7 @@ use super::waveform;
 use crate::drawing::{self, Drawing, Pictured};
 use crate::failure::Failure;
 use crate::identity::none_twice;
+use crate::kept::Kept;
 use crate::output;
 use crate::text;
 use crate::values::duration;
@@ -132,7 +133,8 @@ fn say_of_going_back(recording: &Recording) {
 /// Plays it once more for a picture, if one is wanted.
 fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(), Failure> {
     let frame = drawing::frame(&arguments.file, &site.model, &site.machine);
-    let Some(mut drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
+    let Some(drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
+    let drawing = Kept::new(drawing).ended(Drawing::finish_seen)?;
     let mut player = site.player()?.watching(Drawing::KINDS);
     for entry in &recording.entries {
         if let What::State { by: Some(by), state } = &entry.what
@@ -141,7 +143,7 @@ fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(),
             let see = &mut |device: &_, outputs: &VecDeque<Output>| {
                 for output in outputs {
                     if let Output::Event(stamp, event) = output {
-                        drawing.see(device, stamp.at, event);
+                        drawing.with(|drawing| drawing.see(device, stamp.at, event));
                     }
                 }
             };
@@ -154,18 +156,19 @@ fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(),
                 file::unplayable(&arguments.file, recording, error)
             };
             player.restore(site.read(state).map_err(wrong)?);
-            drawing.put_back(player.device(), at, format!("by {by}"));
+            let by = format!("by {by}");
+            drawing.with(|drawing| drawing.put_back(player.device(), at, by));
             continue;
         }
         player
             .play_seeing(entry, &|written| site.read(written), &mut |device, at, event| {
-                drawing.see(device, at, event);
+                drawing.with(|drawing| drawing.see(device, at, event));
             })
             .map_err(|error| file::unplayable(&arguments.file, recording, error))?;
     }
     let now = player.device().now();
     let counters = player.device().position(now);
-    drawing.finish(now, &counters)
+    drawing.finish(|drawing| drawing.finish(now, &counters))
 }
 
 /// The quirks, and the models of the family, with which everything would be as recorded.

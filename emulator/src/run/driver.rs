@@ -17,6 +17,7 @@ use super::tape::Tape;
 use crate::coverage::Covering;
 use crate::drawing::Drawing;
 use crate::failure::Failure;
+use crate::kept::Kept;
 use crate::waves::{Sheets, Waves};
 
 /// Runs a device from cause to cause and takes note of what it does.
@@ -34,9 +35,9 @@ pub(crate) struct Driver {
     answered: usize,
     pub(crate) meter: Meter,
     pub(crate) rounds: Rounds,
-    tape: Option<Tape>,
+    tape: Option<Kept<Tape>>,
     covering: Option<Covering>,
-    pub(crate) drawing: Option<Drawing>,
+    pub(crate) drawing: Option<Kept<Drawing>>,
     waves: Option<Waves>,
     /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
@@ -104,13 +105,16 @@ impl Driver {
     }
 
     /// Records everything from now on.
-    pub(crate) fn recording(mut self, tape: Option<Tape>) -> Driver {
-        if let Some(tape) = &tape {
-            tape.begin(self.harness.device());
-            self.harness = self.harness.keeping_given();
-        }
-        self.tape = tape;
-        self
+    pub(crate) fn recording(mut self, tape: Option<Tape>) -> Result<Driver, Failure> {
+        let Some(mut tape) = tape else { return Ok(self) };
+        tape.begin(self.harness.device());
+        let interrupted = |tape: Tape| {
+            tape.over("the run was interrupted");
+            Ok(())
+        };
+        self.tape = Some(Kept::new(tape).ended(interrupted)?);
+        self.harness = self.harness.keeping_given();
+        Ok(self)
     }
 
     /// Counts what is met from now on.
@@ -120,9 +124,10 @@ impl Driver {
     }
 
     /// Draws what is done from now on.
-    pub(crate) fn drawing(mut self, drawing: Option<Drawing>) -> Driver {
-        self.drawing = drawing;
-        self.watching()
+    pub(crate) fn drawing(mut self, drawing: Option<Drawing>) -> Result<Driver, Failure> {
+        let kept = |drawing| Kept::new(drawing).ended(Drawing::finish_seen);
+        self.drawing = drawing.map(kept).transpose()?;
+        Ok(self.watching())
     }
 
     /// Draws everything from now on as a waveform.
@@ -150,7 +155,8 @@ impl Driver {
     pub(crate) fn finish_drawing(&mut self) -> Result<(), Failure> {
         let now = self.now();
         let counters = self.device().position(now);
-        self.drawing.take().map_or(Ok(()), |drawing| drawing.finish(now, &counters))
+        let finish = |drawing: Drawing| drawing.finish(now, &counters);
+        self.drawing.take().map_or(Ok(()), |drawing| drawing.finish(finish))
     }
 
     /// Ends the waveform, if there is one.
@@ -167,7 +173,7 @@ impl Driver {
     /// Ends the recording, if there is one.
     pub(crate) fn end_recording(&mut self) {
         if let Some(tape) = self.tape.take() {
-            tape.end(self.harness.device());
+            tape.finish(|tape| tape.end(self.harness.device()));
         }
     }
 
@@ -268,7 +274,7 @@ impl Driver {
             waves.see(self.harness.device(), self.harness.outputs());
         }
         if let Some(tape) = &self.tape {
-            tape.note(self.harness.device(), given, self.harness.outputs());
+            tape.with(|tape| tape.note(self.harness.device(), given, self.harness.outputs()));
         }
         while let Some(output) = self.harness.take_output() {
             match output {
@@ -290,8 +296,8 @@ impl Driver {
         if let Some(covering) = &self.covering {
             covering.see(&event);
         }
-        if let Some(drawing) = &mut self.drawing {
-            drawing.see(self.harness.device(), at, &event);
+        if let Some(drawing) = &self.drawing {
+            drawing.with(|drawing| drawing.see(self.harness.device(), at, &event));
         }
         match event {
             Event::Command { bytes, .. } => {

@@ -7,6 +7,8 @@ use vimc4_device::{AXES, Motion, Point, Time};
 use vimc4_motion::{Path, Segment};
 
 use super::trace::Trace;
+use crate::failure::Failure;
+use crate::kept::Kept;
 
 /// A stretch of this many steps is not looked at more closely.
 const SHORT: u64 = 16;
@@ -17,7 +19,7 @@ pub(crate) struct Meter {
     /// Whether what moves is a reference run, which belongs to no job: it is not added.
     pub(crate) references: bool,
     /// Where every step is told.
-    pub(crate) trace: Option<Trace>,
+    pub(crate) trace: Option<Kept<Trace>>,
     /// Steps per axis, forth and back alike.
     pub(crate) steps: [u64; AXES],
     /// The length of the path of the linear axes in mm.
@@ -65,6 +67,11 @@ impl Meter {
         }
     }
 
+    /// Ends the table of the steps, if there is one.
+    pub(crate) fn end_trace(&mut self) -> Result<(), Failure> {
+        self.trace.take().map_or(Ok(()), |trace| trace.finish(Trace::finish))
+    }
+
     /// Takes note of what the running motion has done up to now.
     pub(crate) fn stop(&mut self, now: Time) {
         self.end(now, |running| running.segment.profile.steps_at(now.nanos_since(running.began)));
@@ -75,8 +82,9 @@ impl Meter {
         let Some(running) = self.running.take() else { return };
         let before = self.path_mm;
         let steps = steps(&running);
-        if let Some(trace) = &mut self.trace {
-            trace.add(running.began, &running.origin, &running.segment, steps);
+        if let Some(trace) = &self.trace {
+            let Running { began, origin, segment, .. } = &running;
+            trace.with(|trace| trace.add(*began, origin, segment, steps));
         }
         if self.references {
             return;

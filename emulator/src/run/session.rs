@@ -10,7 +10,6 @@ use vimc4_device::{Device, Time, Warning};
 
 use super::driver::{Driver, Halt, News};
 use super::report::{Answer, Answered, End, RunReport, Why};
-use super::trace::Trace;
 use super::world::{Outside, PRESS, press};
 use crate::failure::Failure;
 use vimc4_script::ScriptLine;
@@ -313,7 +312,7 @@ impl Session {
         self.driver.keep_coverage()?;
         self.driver.finish_drawing()?;
         self.driver.end_waves()?;
-        self.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
+        self.driver.meter.end_trace()?;
         Ok(ExitCode::from(end.why.code()))
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use vimc4::RecordingFile;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{Device, Names, Output, TimedInput};
+use vimc4_device::{Device, Names, Output, Time, TimedInput};
 use vimc4_timeline::recording::{Entry, Given, What};
 
 use crate::failure::Failure;
@@ -16,6 +16,8 @@ use crate::failure::Failure;
 pub(crate) struct Tape {
     file: RecordingFile,
     by: Arc<str>,
+    /// Up to when everything is in it.
+    now: Time,
 }
 
 impl Tape {
@@ -24,16 +26,17 @@ impl Tape {
         let head = vimc4::recording_head(model, machine, "instant", "run");
         let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));
         let file = RecordingFile::create(path, head, None, Names::default(), Box::new(tell));
-        Ok(Tape { file: file.map_err(Failure::usage)?, by: Arc::from("run") })
+        let file = file.map_err(Failure::usage)?;
+        Ok(Tape { file, by: Arc::from("run"), now: Time::ZERO })
     }
 
-    pub(super) fn begin(&self, device: &impl Device) {
+    pub(super) fn begin(&mut self, device: &impl Device) {
         self.state(device);
     }
 
     /// Takes note of what has gone in and come out, in the order of its times.
     pub(super) fn note(
-        &self,
+        &mut self,
         device: &impl Device,
         given: Vec<TimedInput>,
         outputs: &VecDeque<Output>,
@@ -47,6 +50,7 @@ impl Tape {
             self.file.add(&Entry::new(*at, What::Sent(bytes.clone())));
         }
         given.for_each(|given| self.given(device, given));
+        self.now = device.now();
     }
 
     fn given(&self, device: &impl Device, TimedInput { at, input }: TimedInput) {
@@ -54,15 +58,21 @@ impl Tape {
         self.file.add(&Entry::new(at, What::Given { by: Arc::clone(&self.by), given }));
     }
 
-    pub(super) fn end(self, device: &impl Device) {
+    pub(super) fn end(mut self, device: &impl Device) {
         self.state(device);
-        self.file.add(&Entry::new(device.now(), What::End("the run has ended".to_owned())));
+        self.over("the run has ended");
+    }
+
+    /// Ends it where it is.
+    pub(super) fn over(self, why: &str) {
+        self.file.add(&Entry::new(self.now, What::End(why.to_owned())));
         self.file.finish();
     }
 
     /// A state as every recording has it: that of a controller at a line.
-    fn state(&self, device: &impl Device) {
+    fn state(&mut self, device: &impl Device) {
+        self.now = device.now();
         let state = serde_json::to_value(device.state()).unwrap_or_default();
-        self.file.add(&Entry::new(device.now(), What::State { by: None, state }));
+        self.file.add(&Entry::new(self.now, What::State { by: None, state }));
     }
 }
