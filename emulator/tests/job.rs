@@ -1051,6 +1051,24 @@ fn changes_of_the_tool_can_be_left_out() {
     ends(&folder, &leave, 1);
 }
 
+/// Nothing but JSON is on standard error, whether it compiles or not.
+#[test]
+fn what_is_wrong_with_a_program_to_be_stored_is_told_to_programs() {
+    let told = |job: &str, code| {
+        let folder = Folder::with(job);
+        let compile = ["ncp", "compile", "job.ncp", "--format", "json"];
+        let (out, err) = ends(&folder, &compile, code);
+        let json: Value = serde_json::from_str(&err).unwrap();
+        let found = json["diagnostics"].as_array().unwrap().iter();
+        let found: Vec<_> = found.map(|found| found["code"].as_str().unwrap().to_owned()).collect();
+        (out, found)
+    };
+    let asks = (String::new(), vec!["no-operator".to_owned(), "mark-missing".to_owned()]);
+    assert_eq!(told("REF XYZ\nHALT\n", 1), asks);
+    let (out, found) = told("REF XYZ\nMOVEABS X1000\n", 0);
+    assert!(out.ends_with("\n9\n") && found == ["mark-missing"], "{out} {found:?}");
+}
+
 #[test]
 fn a_data_field_without_its_axes_is_not_stored() {
     let folder = Folder::new();

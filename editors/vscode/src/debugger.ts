@@ -1,8 +1,8 @@
 // The debugger: `vimc4 dap`, and what a configuration that says little means.
-import { basename } from "node:path";
+import { basename, resolve } from "node:path";
 import * as vscode from "vscode";
 import { isOurs } from "./languages";
-import { find, folderOf, target } from "./program";
+import { find, folderOf, jobOptions, target } from "./program";
 import { saved } from "./tasks";
 
 /** A file in which a controller was recorded. */
@@ -21,50 +21,75 @@ function configurationOf(document: vscode.TextDocument): vscode.DebugConfigurati
 /** Debugs the file in the editor. F5 asks for an extension where the editor knows no debugger of a language, as of
  *  recordings; this does not. */
 export async function debugThis(): Promise<void> {
-    const document = vscode.window.activeTextEditor?.document;
+    const document = await saved(vscode.window.activeTextEditor?.document);
     const configuration = document && configurationOf(document);
-    if (document !== undefined && configuration !== undefined && (await saved(document))) {
-        await vscode.debug.startDebugging(folderOf(document.uri), configuration);
+    if (configuration !== undefined) {
+        await vscode.debug.startDebugging(folderOf(document?.uri), configuration);
     }
+}
+
+/** What the settings say of what is debugged. Options of jobs say nothing to other files, and recordings know their own. */
+async function ofSettings(
+    debugged: Record<string, unknown>,
+    cwd: string | undefined,
+    folder: vscode.WorkspaceFolder | undefined,
+): Promise<Record<string, unknown>> {
+    if (debugged.recording !== undefined) {
+        return {};
+    }
+    const scope = await scopeOf(debugged.program, cwd, folder);
+    const options = jobOptions(scope);
+    return { ...target(scope), ...(options.length > 0 && { jobOptions: options }) };
 }
 
 class Configurations implements vscode.DebugConfigurationProvider {
     /** F5 without a configuration: the file in the editor. */
-    resolveDebugConfiguration(
+    async resolveDebugConfiguration(
         _folder: vscode.WorkspaceFolder | undefined,
         configuration: vscode.DebugConfiguration,
-    ): vscode.DebugConfiguration | undefined {
+    ): Promise<vscode.DebugConfiguration | undefined> {
         if (configuration.type || configuration.request || configuration.name) {
             return configuration;
         }
-        const document = vscode.window.activeTextEditor?.document;
+        const document = await saved(vscode.window.activeTextEditor?.document);
         return document && configurationOf(document);
     }
 
-    /** What is left out is what the settings say. Recordings and controllers that run know their own. */
+    /** What is left out is what the settings say; of several controllers, what one leaves out and what is not said beside
+     *  the list either. Recordings and controllers that run know their own. */
     async resolveDebugConfigurationWithSubstitutedVariables(
         folder: vscode.WorkspaceFolder | undefined,
         configuration: vscode.DebugConfiguration,
     ): Promise<vscode.DebugConfiguration> {
         const cwd = configuration.cwd ?? (folder ?? folderOf())?.uri.fsPath;
-        const within = cwd === undefined ? configuration : { ...configuration, cwd };
-        if (configuration.request !== "launch" || configuration.recording !== undefined) {
+        const within: vscode.DebugConfiguration = cwd === undefined ? configuration : { ...configuration, cwd };
+        if (configuration.request !== "launch") {
             return within;
         }
-        return { ...target(await scopeOf(configuration.program, folder)), ...within };
+        const controllers: unknown = configuration.controllers;
+        if (!Array.isArray(controllers) || controllers.length === 0) {
+            return { ...(await ofSettings(within, cwd, folder)), ...within };
+        }
+        const each = controllers.map(async (own: Record<string, unknown>) => {
+            const debugged = (own.program ?? own.recording ?? own.serve) === undefined ? within : own;
+            const said = Object.entries(await ofSettings(debugged, own.cwd === undefined ? cwd : String(own.cwd), folder));
+            return { ...Object.fromEntries(said.filter(([name]) => within[name] === undefined)), ...own };
+        });
+        return { ...within, controllers: await Promise.all(each) };
     }
 }
 
 /** Which settings count for a file: those of its language. */
 async function scopeOf(
     program: unknown,
+    cwd: string | undefined,
     folder: vscode.WorkspaceFolder | undefined,
 ): Promise<vscode.ConfigurationScope | undefined> {
     if (typeof program !== "string") {
         return folder;
     }
     try {
-        return await vscode.workspace.openTextDocument(program);
+        return await vscode.workspace.openTextDocument(resolve(cwd ?? "", program));
     } catch {
         // That it cannot be read is told by the adapter, which is asked next.
         return folder;

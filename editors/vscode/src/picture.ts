@@ -75,8 +75,8 @@ export class Pictures implements vscode.Disposable {
 
     /** Shows the picture of the file in the editor beside it. */
     async show(): Promise<void> {
-        const document = vscode.window.activeTextEditor?.document;
-        if (document === undefined || !(await saved(document))) {
+        const document = await saved(vscode.window.activeTextEditor?.document);
+        if (document === undefined) {
             return;
         }
         const key = document.uri.toString();

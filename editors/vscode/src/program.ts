@@ -1,6 +1,6 @@
 // The program vimc4: where it is, what is said to it, and what a person is told where it is not.
 import { execFile, type ExecFileOptions } from "node:child_process";
-import { access, constants } from "node:fs/promises";
+import { access, constants, stat } from "node:fs/promises";
 import { homedir } from "node:os";
 import { delimiter, isAbsolute, join } from "node:path";
 import * as vscode from "vscode";
@@ -13,7 +13,7 @@ export async function find(scope?: vscode.Uri): Promise<string | undefined> {
     const found = await locate(expanded(wanted, scope));
     if (found === undefined) {
         // It is not waited for: a message stays until somebody reads it.
-        void tellMissing(wanted);
+        void tellMissing(wanted, expanded(wanted, scope));
     }
     return found;
 }
@@ -34,7 +34,10 @@ async function locate(name: string): Promise<string | undefined> {
     for (const place of places.flatMap((place) => (WINDOWS ? [place, `${place}.exe`] : [place]))) {
         try {
             await access(place, constants.X_OK);
-            return place;
+            // Folders can be executed, too, in their way.
+            if ((await stat(place)).isFile()) {
+                return place;
+            }
         } catch {
             // It is not there.
         }
@@ -44,14 +47,18 @@ async function locate(name: string): Promise<string | undefined> {
 
 let told = false;
 
-async function tellMissing(wanted: string): Promise<void> {
+async function tellMissing(wanted: string, path: string): Promise<void> {
     // Once until it is answered: the server, the picture and a command may all miss it at the same time.
     if (told) {
         return;
     }
     told = true;
     const [choose, settings, how] = ["Choose the Program…", "Open Settings", "How to Install"];
-    const message = `vimc4 is not here: there is no program "${wanted}". Install it, or say in the setting vimc4.path where it is.`;
+    const relative = /[/\\]/.test(path) && !isAbsolute(path);
+    const remedy = relative
+        ? "A path in the setting vimc4.path is a whole one, or begins with ~/ or ${workspaceFolder}/."
+        : "Install it, or say in the setting vimc4.path where it is.";
+    const message = `vimc4 is not here: there is no program "${wanted}". ${remedy}`;
     const answer = await vscode.window.showErrorMessage(message, choose, settings, how);
     told = false;
     if (answer === choose) {

@@ -39,7 +39,8 @@ function words(definition: Definition, document: vscode.TextDocument | undefined
 /** The document that a task is about. */
 async function documentOf(definition: Definition): Promise<vscode.TextDocument | undefined> {
     if (definition.file === undefined) {
-        return vscode.window.activeTextEditor?.document;
+        const active = vscode.window.activeTextEditor?.document;
+        return definition.command === "serve" ? active : await saved(active);
     }
     const folder = folderOf()?.uri;
     const uri = isAbsolute(definition.file) || folder === undefined
@@ -72,7 +73,9 @@ async function made(definition: Definition, document: vscode.TextDocument | unde
 export function registerTasks(): vscode.Disposable {
     return vscode.tasks.registerTaskProvider("vimc4", {
         async provideTasks() {
-            const document = vscode.window.activeTextEditor?.document;
+            const active = vscode.window.activeTextEditor?.document;
+            // One that has no name yet is in no file.
+            const document = active?.isUntitled ? undefined : active;
             const commands: Definition["command"][] =
                 document?.languageId === "ncp" ? ["check", "run", "serve"]
                 : document?.languageId === "isel" || document?.languageId === "lpkf" ? ["run", "serve"]
@@ -91,17 +94,23 @@ export function registerTasks(): vscode.Disposable {
 
 /** Starts a command in a terminal, for the file in the editor, as it was saved. */
 export async function start(command: Definition["command"], args: string[] = []): Promise<vscode.TaskExecution | undefined> {
-    const document = vscode.window.activeTextEditor?.document;
-    if (command !== "serve" && (document === undefined || !(await saved(document)))) {
+    const active = vscode.window.activeTextEditor?.document;
+    const document = command === "serve" ? active : await saved(active);
+    if (command !== "serve" && document === undefined) {
         return undefined;
     }
     const task = await made({ type: "vimc4", command, args }, document);
     return task && vscode.tasks.executeTask(task);
 }
 
-/** Whether a document is as it is on the disk, which is what vimc4 reads. */
-export async function saved(document: vscode.TextDocument): Promise<boolean> {
-    return !document.isDirty && !document.isUntitled ? true : await document.save();
+/** A document as it is on the disk, which is what vimc4 reads; nothing if a person did not want to save it. One that had
+ *  no name yet is another document once it has. */
+export async function saved(document: vscode.TextDocument | undefined): Promise<vscode.TextDocument | undefined> {
+    if (document === undefined || (!document.isDirty && !document.isUntitled)) {
+        return document;
+    }
+    const uri = await vscode.workspace.save(document.uri);
+    return uri && (await vscode.workspace.openTextDocument(uri));
 }
 
 /** Sends the file in the editor, after asking where. vimc4 itself asks before a machine moves. */

@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     /// Leave every GETTOOL out, where one tool does it all or the changer is not the controller's
     #[arg(long)]
     leave_out_tool_changes: bool,
+    /// How the problems are shown, on standard error; with json nothing else is said there
+    #[arg(long, value_enum, default_value = "full")]
+    format: Format,
     /// Where the data field goes, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -45,18 +48,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let site = job.site()?;
     let text = job.text()?;
     let name = job.name();
-    let mut problems = Problems::new(job, &text, Format::Full, Box::new(io::stderr()));
-    let options =
-        Options { leave_out_tools: arguments.leave_out_tool_changes, ..job.options.reading.options() };
+    let mut problems = Problems::new(job, &text, arguments.format, Box::new(io::stderr()));
+    let options = Options {
+        leave_out_tools: arguments.leave_out_tool_changes,
+        ..job.options.reading.options()
+    };
     let field = compile(&text, &site.target, options, &mut |diagnostic| {
         problems.show(diagnostic);
     });
     let end = problems.end();
     let summary = problems.finish()?;
-    if let Some(end) = end {
+    let is_for_people = arguments.format != Format::Json;
+    if let Some(end) = end.filter(|_| is_for_people) {
         let _ = writeln!(io::stderr(), "{end}");
     }
     let Some(field) = field.filter(|_| summary.errors == 0 || job.options.reading.lenient) else {
+        if !is_for_people {
+            return Ok(ExitCode::FAILURE);
+        }
         return Err(Failure::midway(format!(
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));
@@ -71,14 +80,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         None => output::print(&whole),
     };
     written?;
-    let _ = writeln!(
-        io::stderr(),
-        "{name}: {} lines, {} of {} bytes, for the axes {} (--axes {})",
-        field.lines,
-        field.bytes,
-        site.target.controller.memory,
-        field.axes,
-        field.axes.bits(),
-    );
+    if is_for_people {
+        let _ = writeln!(
+            io::stderr(),
+            "{name}: {} lines, {} of {} bytes, for the axes {} (--axes {})",
+            field.lines,
+            field.bytes,
+            site.target.controller.memory,
+            field.axes,
+            field.axes.bits(),
+        );
+    }
     Ok(ExitCode::SUCCESS)
 }
