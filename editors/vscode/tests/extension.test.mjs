@@ -108,7 +108,7 @@ test("a job that does not compile says why: its errors, each with what would be 
     assert.match(told[0], /^error: It does not compile: line 2: a stored program cannot wait for the operator; .*leave the line out/);
     assert.doesNotMatch(told[0], /IMF_PBL/);
     told.length = 0;
-    open("wrong.ncp", `IMF_PBL\nREF XYZ\n${"MOVABS X1000\n".repeat(5)}`);
+    open("wrong.ncp", `IMF_PBL\nREF XYZ\n${"HALT\n".repeat(5)}`);
     await commands["vimc4.compile"]();
     assert.match(told[0], /line 3: .*line 5: .*And 2 more/);
     assert.equal(shown.length, 0);
