@@ -30,7 +30,7 @@ use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
-use vimc4_script::{Kind, Script, ScriptLine, is_job};
+use vimc4_script::{Kind, Script, ScriptLine, is_job, is_plot};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use whereabouts::Doubt;
@@ -138,7 +138,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
         sending.agree(&rehearsal, None)?;
         return sending.run(work, rehearsal);
     }
-    if plot::is_plot(&bytes) {
+    if is_plot(&bytes) {
         return Err(Failure::usage(format!(
             "{name} is a plot file, and the model {} speaks isel's @-format; add --model smcu or \
              --model motionsystem",

@@ -1,7 +1,7 @@
 // A file that is carried out: its pieces are given to the controller one after the other, each when the
 // one before is done, as a host does.
 import type { App } from "../src/app";
-import type { Entry } from "../src/api";
+import type { View } from "../src/api";
 
 /** What is done for a line of a file. */
 export type Piece = { line: number } &
@@ -12,6 +12,12 @@ interface Bit {
   port: number;
   bit: number;
   level: boolean;
+}
+
+/** Whether the controller is done with all that it was given, and how many bytes it takes before that. */
+interface Rest {
+  rests: boolean;
+  room: number;
 }
 
 /** So often it is looked whether a piece is done, in ms. */
@@ -26,18 +32,19 @@ export class Work {
   /** Nothing more is given for now. */
   isHeld = false;
   private next = 0;
-  /** The number of the last entry before the piece that is being carried out. */
-  private since = 0;
-  private command: number | undefined;
+  /** The number of the last entry that is no answer to it, or has been looked at. */
+  private since: number;
   private isBusy = false;
   /** Looked at so often, also where the page is not: nobody draws a page in the background. */
-  private readonly timer = setInterval(() => this.step(), LOOKS);
+  private readonly timer = setInterval(() => void this.goFurther(), LOOKS);
 
   constructor(
     readonly name: string,
     private readonly pieces: Piece[],
     private readonly app: App,
-  ) {}
+  ) {
+    this.since = app.machine?.entries.at(-1)?.number ?? 0;
+  }
 
   get line(): number {
     return this.pieces[Math.max(0, this.next - 1)]?.line ?? 0;
@@ -58,37 +65,69 @@ export class Work {
     this.app.changed();
   }
 
-  /** Looks whether the piece is done, and gives the next one. */
-  private step(): void {
-    const { app } = this;
-    if (this.isOver) return clearInterval(this.timer);
-    if (this.state !== "goes" || this.isBusy || this.isHeld || app.past?.isOpen || !app.machine) return;
-    if (!this.isDone()) return;
-    const piece = this.pieces[this.next];
-    if (!piece) {
-      this.state = "done";
-      return app.changed();
-    }
-    this.next += 1;
-    void this.give(piece);
+  private get mayGive(): boolean {
+    return this.state === "goes" && !this.isHeld && !this.app.past?.isOpen && this.app.machine !== undefined;
   }
 
-  private async give(piece: Piece): Promise<void> {
-    const { app } = this;
-    const path = `/controllers/${app.machine!.number}`;
-    this.since = app.machine!.entries.at(-1)?.number ?? 0;
-    [this.command, this.reason] = [undefined, ""];
+  /** Gives what can be given by now. */
+  private async goFurther(): Promise<void> {
+    if (this.isOver) return clearInterval(this.timer);
+    if (this.isBusy) return;
     this.isBusy = true;
     try {
+      while (this.mayGive && await this.isNext()) await this.give();
+    } catch (error) {
+      this.refuse(error instanceof Error ? error.message : String(error));
+    }
+    this.isBusy = false;
+  }
+
+  private get path(): string {
+    return `/controllers/${this.app.machine!.number}`;
+  }
+
+  /** Whether the turn of the next piece has come. The controller itself is asked: what is told of it comes later. */
+  private async isNext(): Promise<boolean> {
+    const { app, path, pieces } = this;
+    const piece = pieces[this.next];
+    const { rests, room } = await app.api.get<Rest>(`${path}/rest`);
+    // All that it has said until it rested has been told by now.
+    this.look();
+    if (!rests && !(piece && "send" in piece && piece.send.length <= room)) return false;
+    const last = pieces[this.next - 1];
+    if (last && "until" in last && !await this.holds(last.until)) return false;
+    return this.mayGive;
+  }
+
+  private async holds(bits: Bit[]): Promise<boolean> {
+    const { ports } = await this.app.api.get<View>(`${this.path}/view`);
+    const value = (wanted: number) => ports.find(({ port, input }) => input && port === wanted)?.value ?? 0;
+    return bits.every(({ port, bit, level }) => Boolean((value(port) >> bit) & 1) === level);
+  }
+
+  /** Nothing more is given after an error reply. */
+  private look(): void {
+    if (this.state !== "goes") return;
+    const { entries } = this.app.machine!;
+    const news = entries.slice(entries.findLastIndex(({ number }) => number <= this.since) + 1);
+    this.since = entries.at(-1)?.number ?? 0;
+    const answer = news.find(({ kind, why }) => kind === "answer" && why !== undefined);
+    if (answer) this.refuse(answer.why!);
+  }
+
+  private async give(): Promise<void> {
+    const { app, path, pieces } = this;
+    const piece = pieces[this.next];
+    this.reason = "";
+    if (!piece) this.state = "done";
+    else {
+      this.next += 1;
       if ("send" in piece) await app.api.post(`${path}/line`, { send: piece.send });
       else if ("order" in piece) await app.api.post(`${path}/orders`, { order: piece.order });
       else if ("wait" in piece) await this.sleep(path, piece.wait);
       else if ("until" in piece) this.reason = piece.why;
       else [this.state, this.reason] = ["asks", piece.ask];
-    } catch (error) {
-      this.refuse(error instanceof Error ? error.message : String(error));
     }
-    this.isBusy = false;
     app.changed();
   }
 
@@ -100,32 +139,8 @@ export class Work {
   }
 
   private refuse(reason: string): void {
+    if (this.isOver) return;
     [this.state, this.reason] = ["refused", reason];
-  }
-
-  private isDone(): boolean {
-    const piece = this.pieces[this.next - 1];
-    const machine = this.app.machine!;
-    if (!piece) return true;
-    if ("until" in piece) {
-      const value = (wanted: number) => machine.view?.ports.find(({ port, input }) => input && port === wanted)?.value ?? 0;
-      return piece.until.every(({ port, bit, level }) => Boolean((value(port) >> bit) & 1) === level);
-    }
-    if (!("send" in piece)) return true;
-    const news: Entry[] = [];
-    for (let i = machine.entries.length - 1; i >= 0 && machine.entries[i]!.number > this.since; i--) news.unshift(machine.entries[i]!);
-    // One piece may be several commands: the last one counts.
-    this.command = news.findLast(({ kind }) => kind === "command")?.command ?? this.command;
-    const answer = news.find(({ kind, why }) => kind === "answer" && why !== undefined);
-    if (answer) {
-      this.refuse(answer.why!);
-      this.app.changed();
-      return false;
-    }
-    const isAnswered = news.some(({ kind, command }) => kind === "answer" && command !== undefined && command === this.command);
-    const isIgnored = news.some(({ kind }) => kind === "ignored");
-    // What is never answered is done when nothing moves any more.
-    const isQuiet = machine.about.family === "lpkf" && news.length > 0 && !machine.position?.moving && machine.activity === "idle";
-    return isAnswered || isIgnored || isQuiet;
+    this.app.changed();
   }
 }

@@ -2,20 +2,26 @@
 // nothing that they are asked makes them fall over.
 import assert from "node:assert/strict";
 import { createReadStream, existsSync } from "node:fs";
-import { readFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { test } from "node:test";
 import { build } from "esbuild";
+import { run, until } from "./stand.mjs";
 
 const root = new URL("../../", import.meta.url);
 const target = process.env.CARGO_TARGET_DIR ?? new URL("target", root).pathname;
 const [first, path] = ["first", "page"].map((name) => `${target}/page/vimc4_${name}.wasm`);
 const { outputFiles } = await build({
   absWorkingDir: new URL("../", import.meta.url).pathname,
-  stdin: { contents: 'export { Desk } from "./src/desk"; export { Later, Relay } from "./playground/relay"; export { Session } from "./playground/session";', resolveDir: "." },
+  stdin: {
+    contents: ["./src/desk", "./playground/relay", "./playground/session", "./playground/work"].map((path) => `export * from "${path}";`).join(""),
+    resolveDir: ".",
+  },
   bundle: true, format: "esm", write: false,
 });
-const { Desk, Later, Relay, Session } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+const { Desk, Later, Relay, Session, Work } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 for (const one of [first, path]) assert.ok(existsSync(one), `${one} is not there: cargo xtask page`);
 const [early, module] = await Promise.all([first, path].map((one) => readFile(one)));
 const open = () => Desk.load(module);
@@ -295,6 +301,73 @@ test("a link has what was typed in the debugger, where that has gone to in the p
   type("take", "press start", "continue");
   is(one.ask("DELETE", `${own}/debugger`));
   shared();
+});
+
+/** What a host gives to a controller, as a recording has it. */
+const inputs = (recording) => recording.split("\n").filter(Boolean).map((line) => JSON.parse(line)).filter((one) => one.in !== undefined).map((one) => one.in);
+
+/** Carries out a file as the page does; so many ms pass whenever the desk is asked. */
+async function carriedOut(file, model, machine, passes) {
+  const desk = await open();
+  let now = 0;
+  const is = ({ status, body }) => {
+    if (status !== 200) throw new Error(`${body.detail}; ${body.remedy}`);
+    return body;
+  };
+  is(desk.ask("PUT", "/controllers", { model, machine }));
+  is(desk.ask("POST", "/controllers/1/recording"));
+  const entries = [];
+  const ask = async (...asked) => {
+    for (const message of desk.hear((now += passes))) if (message.type === "events") entries.push(...message.entries);
+    return is(desk.ask(...asked));
+  };
+  await ask("GET", "/controllers");
+  const app = { machine: { number: 1, entries }, past: null, changed() {}, api: { get: (path) => ask("GET", path), post: (path, body) => ask("POST", path, body) } };
+  const { pieces } = await ask("POST", "/controllers/1/work", file);
+  const work = new Work(file.name, pieces, app);
+  await until("it has been carried out", () => work.isOver);
+  return { work, pieces: pieces.length, given: inputs(await ask("GET", "/controllers/1/recording")) };
+}
+
+test("the page gives a controller what the program gives it, and nothing behind an error", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "given-"));
+  const move = "VS10000;!VU20000;PU;PA1000,2000;PD;PR500,0;PR0,500;";
+  const plots = {
+    "refused.plt": `IN;!CT1;!EM1;${move}AA1000,1000,90;PU;PA0,0;!EM0;`,
+    "answered.plt": `IN;!CT1;!EM1;${move}PU;PA0,0;!EM0;`,
+    "silent.plt": `IN;!EM1;${move}PU;PA0,0;!EM0;`,
+  };
+  const lists = { "list.txt": "@07\n@0A900,900,0,900,0,900,0,900\n@0A5\n@0P\n" };
+  const sets = [[plots, "smcu", "board-plotter"], [plots, "motionsystem", "board-plotter"], [lists, "imc4", "mill"]];
+  try {
+    for (const [files, model, machine] of sets) {
+      for (const [name, text] of Object.entries(files)) {
+        const [path, recording] = [join(folder, name), join(folder, `${name}.jsonl`)];
+        await writeFile(path, text);
+        await run("run", path, "--model", model, "--machine", machine, "--record", recording);
+        const wanted = inputs(await readFile(recording, "utf8"));
+        assert.ok(wanted.length >= 3, `${wanted}`);
+        for (const passes of [50, 1_000]) {
+          const { work, given, pieces } = await carriedOut({ name, text }, model, machine, passes);
+          assert.deepEqual(given, wanted, `${name} on ${model}, ${passes} ms at a time`);
+          assert.equal(work.state, wanted.length < pieces ? "refused" : "done", `${name} on ${model}: ${work.reason}`);
+        }
+        await rm(recording);
+      }
+    }
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+});
+
+test("a file that is for other controllers is refused as a whole, with the names of those", async () => {
+  const refused = (name, text, model) => assert.rejects(carriedOut({ name, text }, model, "mill", 1_000), (error) => {
+    assert.match(error.message, new RegExp(name.endsWith("plt") ? "plt is a plot file, .* choose one of smcu, motionsystem" : "the smcu does not speak isel's @-format; choose one of imc4, "));
+    return true;
+  });
+  const [job, plot] = await Promise.all(["plate.ncp", "board.plt"].map((name) => readFile(new URL(`examples/${name}`, root), "utf8")));
+  await refused("plate.ncp", job, "smcu");
+  await refused("board.plt", plot, "imc4");
 });
 
 test("whatever it is asked, it answers", async () => {

@@ -112,7 +112,10 @@ impl Desk {
         }
         if let Some((number, what)) =
             path.strip_prefix("/v1/controllers/").and_then(|rest| rest.split_once('/'))
-            && matches!((method, what), ("GET", "deeds" | "meaning" | "quirks") | ("POST", "work"))
+            && matches!(
+                (method, what),
+                ("GET", "deeds" | "meaning" | "quirks" | "rest") | ("POST", "work")
+            )
         {
             let moment = self.heard.max(nanos(now));
             let place = place_of(number, self.controllers.len())?;
@@ -123,6 +126,7 @@ impl Desk {
                     is_within(content, FILE)?;
                     work::pieces(served, content)
                 }
+                "rest" => work::rest(served),
                 "quirks" => profiles::quirks(&served.live.model),
                 "deeds" => {
                     served.catch_up(moment);

@@ -17,8 +17,9 @@ use crate::served::Served;
 /// /v1/recording`, which puts the one of a recording there with its past and says what is missing of it, `PUT /v1/events`, which says what
 /// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/deeds`,
 /// which lists all that was done to it on the way to the moment that is looked at, `GET …/quirks`,
-/// which lists the values that each quirk of its model can have, and `POST
-/// /v1/controllers/1/work`, which takes a file apart into what a host gives to the controller.
+/// which lists the values that each quirk of its model can have, `POST
+/// /v1/controllers/1/work`, which takes a file apart into what a host gives to the controller, and `GET …/rest`,
+/// which says whether it is done with what it was given, and how many bytes it takes before that.
 ///
 /// ```
 /// use vimc4_page::Desk;

@@ -77,6 +77,10 @@ pub(crate) mod work {
     pub(crate) fn pieces(_: &Served, _: &str) -> Outcome {
         Err(super::later())
     }
+
+    pub(crate) fn rest(_: &Served) -> Outcome {
+        Err(super::later())
+    }
 }
 
 /// There is a recording, but nothing is in it.

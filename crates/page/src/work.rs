@@ -51,6 +51,18 @@ pub(crate) fn pieces(served: &Served, content: &str) -> Outcome {
     Answer::json(&json!({ "pieces": pieces }))
 }
 
+/// Whether the controller is done with all that it was given by what has been heard, and how many bytes it takes
+/// before that: none, if it says when it is done.
+pub(crate) fn rest(served: &Served) -> Outcome {
+    let Served { live, .. } = served;
+    let rests = live.line.is_idle() && live.waiting().next().is_none();
+    let room = match live.line.details().says_when_done() {
+        true => 0,
+        false => live.line.room(true),
+    };
+    Answer::json(&json!({ "rests": rests, "room": room }))
+}
+
 fn host(served: &Served, name: &str, text: &str) -> Result<Host, String> {
     let live = &served.live;
     let signals = live.line.signals();

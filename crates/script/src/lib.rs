@@ -7,7 +7,9 @@ use std::ops::Range;
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
+mod plot;
 mod work;
+pub use plot::is_plot;
 pub use work::{Host, is_job, number, said, storing, takes_jobs, target, told};
 
 /// A file of commands.
@@ -103,6 +105,13 @@ impl Script {
     ///
     /// Why there is none in it, as a sentence.
     pub fn of(name: &str, bytes: &[u8], handling: &Handling) -> Result<Script, String> {
+        let model = handling.model();
+        if handling.takes_stream && is_job(bytes) {
+            return Err(format!("{name} is a job file, and {}", work::no_jobs(model)));
+        }
+        if !handling.takes_stream && is_plot(bytes) {
+            return Err(format!("{name} is a plot file, and {}", plot::no_plots(model)));
+        }
         if handling.takes_stream && is_binary(bytes) {
             let lmd = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("lmd"));
             let what = match lmd {

@@ -204,19 +204,22 @@ pub fn takes_jobs(model: &Model) -> bool {
     model.isel().is_some()
 }
 
+/// Why this model takes no jobs, and which take them.
+pub(crate) fn no_jobs(model: &Model) -> String {
+    format!(
+        "the {} does not speak isel's @-format; choose one of {}",
+        model.name(),
+        Family::Isel.models().join(", ")
+    )
+}
+
 /// A controller on a machine, as jobs see them.
 ///
 /// # Errors
 ///
 /// If the controller takes no jobs, as a sentence.
 pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
-    let Some(inner) = model.isel() else {
-        return Err(format!(
-            "the {} does not speak isel's @-format; choose one of {}",
-            model.name(),
-            Family::Isel.models().join(", ")
-        ));
-    };
+    let Some(inner) = model.isel() else { return Err(no_jobs(model)) };
     let controller = Controller {
         dialect: inner.command_set.dialect(),
         speeds: inner.limits.speeds(),

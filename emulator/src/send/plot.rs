@@ -78,42 +78,9 @@ pub(super) fn work(
     Ok(Work::Plot(pieces.into_iter()))
 }
 
-/// Whether a file begins as plot files do: with two capital letters that are a command of HPGL,
-/// or with `!` and two.
-pub(super) fn is_plot(bytes: &[u8]) -> bool {
-    const BEGINNINGS: [&[u8]; 19] = [
-        b"IN", b"PA", b"PR", b"PU", b"PD", b"SP", b"VS", b"OS", b"OH", b"IW", b"IP", b"SC", b"AA",
-        b"AR", b"CI", b"LT", b"DF", b"EA", b"ER",
-    ];
-    let rest = bytes.trim_ascii_start();
-    if let [b'!', one, other, ..] = rest {
-        return one.is_ascii_uppercase() && other.is_ascii_uppercase();
-    }
-    let (name, behind) = rest.split_at(rest.len().min(2));
-    let ends = match behind.first() {
-        // The next command may follow at once, but a longer word is not a command.
-        Some(byte) if byte.is_ascii_alphabetic() => {
-            BEGINNINGS.iter().any(|next| behind.starts_with(next))
-        }
-        _ => true,
-    };
-    BEGINNINGS.contains(&name) && ends
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn plot_files_are_told_from_the_others() {
-        for plot in ["IN;PA1,2;", "\r\n!CT1;", "PU10,20;", "INPA5,5", "SP1;", "IN", "PA 5 6"] {
-            assert!(is_plot(plot.as_bytes()), "{plot}");
-        }
-        for other in ["IMF_PBL", "INITTOOL", "PATH", "PLANE XY", "@07", "71", "; IN;", "", "REF X"]
-        {
-            assert!(!is_plot(other.as_bytes()), "{other}");
-        }
-    }
 
     #[test]
     fn every_piece_is_completed() {
