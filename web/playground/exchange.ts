@@ -19,7 +19,7 @@ export type Went = "waits" | "out" | "cut" | "unsent";
 export interface Exchange {
   line: string;
   went: Went;
-  /** When it began to go out, and when it was out as a whole: ms, by the clock of the page. */
+  /** When it began to go out, and when it had come as a whole: ms, by the clock of the page. */
   from: number;
   whole: number | null;
   real: Said;

@@ -34,7 +34,7 @@ const PIECE = 64;
 interface Item {
   exchange: Exchange;
   bytes: number[];
-  /** As it is kept, once it has its turn. */
+  /** As it is kept, once it has come whole. */
   piece?: Passed;
   /** STOP went before it. */
   isCut?: boolean;
@@ -78,8 +78,8 @@ class Line {
     this.reading = this.read();
   }
 
-  private since(): number {
-    return Math.round((performance.now() - this.first) * 1e6);
+  private since(now: number): number {
+    return Math.round((now - this.first) * 1e6);
   }
 
   /** A line that will be sent, or STOP. */
@@ -106,7 +106,7 @@ class Line {
       this.queue.push(item);
       this.goOn();
       await this.writer.it.write(Uint8Array.from(bytes));
-      exchange.whole = performance.now();
+      this.comes(item);
       this.owed.share();
     } catch (error) {
       this.drop(item);
@@ -121,10 +121,8 @@ class Line {
   /** The first that has not gone out is on its way. */
   private goOn(): void {
     const [first] = this.queue;
-    if (!first || first.piece || this.isOver) return;
-    const { bytes, exchange } = first;
-    first.piece = { at: this.since(), in: String.fromCharCode(...bytes) };
-    this.keep(bytes.length, first.piece);
+    if (!first || first.exchange.went !== "waits" || this.isOver) return;
+    const { exchange } = first;
     exchange.went = "out";
     if (this.isTorn && exchange.line !== STOP) {
       exchange.apart ||= "part";
@@ -133,11 +131,20 @@ class Line {
     this.owed.goes(exchange, performance.now());
   }
 
+  /** It has come as a whole: from this moment on the controller can act on it, in the recording and in the table. */
+  private comes(item: Item): void {
+    const { bytes, exchange } = item;
+    if (item.piece || exchange.went !== "out") return;
+    const now = (exchange.whole = performance.now());
+    item.piece = { at: this.since(now), in: String.fromCharCode(...bytes) };
+    this.keep(bytes.length, item.piece);
+  }
+
   /** What did not go out as a whole is in no recording, and has no answer. */
   private drop({ exchange, piece, isCut }: Item): void {
     if (exchange.went !== "waits" && exchange.went !== "out") return;
+    this.isTorn ||= exchange.went === "out";
     exchange.went = isCut ? "cut" : "unsent";
-    this.isTorn ||= piece !== undefined;
     const place = piece ? this.passed.lastIndexOf(piece) : -1;
     if (place >= 0) this.passed.splice(place, 1);
     this.owed.drop(exchange);
@@ -179,8 +186,11 @@ class Line {
   }
 
   private take(bytes: Uint8Array): void {
+    // Of a line that is answered the port may say later that it is out.
+    const [first] = this.queue;
+    if (first && this.owed.isAlone(first.exchange)) this.comes(first);
     this.heard = performance.now();
-    this.keep(bytes.length, { at: this.since(), out: Array.from(bytes, (byte) => String.fromCharCode(byte)).join("") });
+    this.keep(bytes.length, { at: this.since(this.heard), out: Array.from(bytes, (byte) => String.fromCharCode(byte)).join("") });
     this.owed.take(bytes, this.heard);
     this.onChange(false);
   }

@@ -112,6 +112,11 @@ export class Owed {
     this.lines.push(line);
   }
 
+  /** What comes now is said to this line, if it is to any. */
+  isAlone(line: Exchange): boolean {
+    return this.lines.length === 1 && this.lines[0] === line;
+  }
+
   /** A line did not go out after all. */
   drop(line: Exchange): void {
     this.lines = this.lines.filter((one) => one !== line);

@@ -961,6 +961,39 @@ test("whose answer it is, where lines wait behind a motion, is known of both con
   }
 });
 
+test("the table and the recording of a real controller measure from when a line had come whole", { skip: absent }, async () => {
+  const site = await host();
+  const own = await browser("chromium");
+  try {
+    const { tab, line, rows } = await beside(site, own);
+    // What takes its time on its way; and what is answered before the port says that it is out.
+    for (const [text, way, late] of [["@07", 300, 0], ["@03", 0, 300]]) {
+      await tab.look(([way, late]) => {
+        [window.way, window.late] = [way, late];
+        window.real = () => [1, "0"];
+      }, [way, late]);
+      await line(text);
+      await until("both have answered", async () => isAlike((await rows()).at(-1)[1]));
+    }
+    const told = await tab.look(() => [...document.querySelectorAll(".exchanges tbody tr")].map(({ cells }) => parseFloat(cells[1].querySelector(".note").textContent.replace(",", ""))));
+    const saved = await tab.look(() => new Promise((resolve) => {
+      URL.createObjectURL = (blob) => (blob.text().then(resolve), "#");
+      [...document.querySelectorAll(".real button")].find((one) => one.textContent === "Save a recording").click();
+    }));
+    const passed = saved.split("\n").filter(Boolean).map((text) => JSON.parse(text)).filter((one) => one.in !== undefined || one.out !== undefined);
+    assert.deepEqual(passed.map((one) => one.in ?? one.out), ["@07\r", "0", "@03\r", "0"]);
+    for (const [i, after] of told.entries()) {
+      const recorded = (passed[2 * i + 1].at - passed[2 * i].at) / 1e6;
+      // It is shown in tenths, from ten on in whole ones.
+      assert.ok(Math.abs(recorded - after) <= 0.51, `${recorded} ms in the recording, ${after} ms in the table`);
+    }
+    assert.deepEqual(tab.complaints, []);
+  } finally {
+    await own.end();
+    await site.end();
+  }
+});
+
 test("a port that is closed, or gone, leaves every line with what came of it", { skip: absent }, async () => {
   const site = await host();
   const own = await browser("chromium");

@@ -46,11 +46,13 @@ bridge.page = `
 `;
 
 /** Another one, whose other end is in the page: `window.real(line)` says after how many ms what is answered, one line after
-    the other as a controller has it; 253 ends what is under way with F. `window.isHeld` keeps what is sent on its way. */
+    the other as a controller has it; 253 ends what is under way with F. `window.isHeld` keeps what is sent on its way, which
+    otherwise takes `window.way` ms; after `window.late` more it is said to be out. */
 export const played = `
   let [stream, held, line, under, waiting] = [null, [], "", null, []];
   window.sent = [];
   window.isHeld = false;
+  window.way = window.late = 0;
   window.real = () => [20, "0"];
   window.said = (text) => stream.enqueue(new TextEncoder().encode(text));
   const answer = (text) => {
@@ -75,7 +77,10 @@ export const played = `
     port.writable = new WritableStream({
       async write(bytes) {
         if (window.isHeld) await new Promise((resolve, reject) => held.push({ resolve, reject }));
+        const passes = (span) => span > 0 && new Promise((resolve) => setTimeout(resolve, span));
+        await passes(window.way);
         bytes.forEach(take);
+        await passes(window.late);
       },
       abort: renew,
     });
