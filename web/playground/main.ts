@@ -10,7 +10,7 @@ import { Here } from "./here";
 import { NoLink, OfAnother, read } from "./link";
 import { Beside, give, serialPart } from "./serial";
 import { Taken, tourPart } from "./tour";
-import { TOURS } from "./tours";
+import { TOURS, type Tour } from "./tours";
 import { tell, type Word } from "./words";
 
 const here = new Here();
@@ -45,10 +45,13 @@ function write(line: string): void {
   field.focus();
 }
 
+/** Begins with the controller and the machine of a tour. */
+const beginTour = ({ model, machine }: Tour): Promise<void> => bench.choose({ model, machine });
+
 async function takeTour(name: string): Promise<void> {
   const tour = TOURS[name];
   if (!tour) return;
-  await bench.choose({ model: tour.model, machine: tour.machine });
+  await beginTour(tour);
   taken.take(name);
   app.changed();
 }
@@ -85,7 +88,7 @@ show(app, {
     const tours = Object.entries(TOURS).map(([name, { title }]): [string, string] => [name, inLanguage(title)]);
     return [
       benchPart(bench, { tours, take: (name) => void takeTour(name), real: () => real.open() }),
-      tourPart(app, taken, write),
+      tourPart(app, taken, write, (tour) => void beginTour(tour)),
       real,
     ];
   },

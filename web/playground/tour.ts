@@ -22,7 +22,8 @@ export class Taken {
   }
 }
 
-export function tourPart(app: App, taken: Taken, write: (line: string) => void): Part {
+/** `write` writes a line where it can be sent; `begin` puts the controller and the machine of a tour there. */
+export function tourPart(app: App, taken: Taken, write: (line: string) => void, begin: (tour: Tour) => void): Part {
   const title = h("h3");
   const text = h("p");
   const lines = h("div", { class: "bar lines" });
@@ -38,13 +39,14 @@ export function tourPart(app: App, taken: Taken, write: (line: string) => void):
   title.tabIndex = -1;
   const previous = h("button", { onclick: () => walk(-1) }, tell("previousStep"));
   const next = h("button", { class: "next", onclick: () => walk(1) }, tell("nextStep"));
+  const back = h("button", { class: "tour-back", onclick: () => begin(taken.tour!) }, tell("backToTour"));
   const leave = h("button", {
     onclick: () => {
       taken.tour = null;
       app.changed();
     },
   }, tell("leaveTour"));
-  const element = card("tour", tell("tour"), title, text, lines, state, h("div", { class: "bar" }, previous, next, leave));
+  const element = card("tour", tell("tour"), title, text, lines, state, h("div", { class: "bar" }, previous, next, back, leave));
   element.hidden = true;
   return {
     element,
@@ -54,7 +56,10 @@ export function tourPart(app: App, taken: Taken, write: (line: string) => void):
       if (!tour) return;
       const step = tour.steps[index];
       const live = app.machine ?? machine;
-      if (step && !done.has(index)) {
+      const { about } = live;
+      // What another controller does is none of what it asks for.
+      const isHere = about.model === tour.model && about.machine === tour.machine;
+      if (step && isHere && !done.has(index)) {
         // Numbers begin again in another session.
         if ((live.entries.at(-1)?.number ?? 0) < taken.since) taken.since = 0;
         const entries = live.entries.filter(({ number }) => number > taken.since);
@@ -68,12 +73,14 @@ export function tourPart(app: App, taken: Taken, write: (line: string) => void):
       rows.from([index, tour.title[0]], () => (step?.type ?? "").split("\n").filter(Boolean).map((line) =>
         h("span", { class: "suggested" }, h("code", {}, line),
           h("button", { onclick: () => write(line), attrs: { "aria-label": `${tell("showMe")}: ${line}` } }, tell("showMe")))));
-      put(state, step ? (isDone ? `✓ ${tell("done")}` : "") : "");
+      const needs = isHere ? "" : `${tell("tourNeeds")} ${tour.model}, ${tour.machine}`;
+      put(state, step ? (isDone ? `✓ ${tell("done")}` : needs) : "");
       mark(element, "data-done", String(isDone));
       mark(element, "data-step", String(index + 1));
       previous.disabled = index === 0;
       next.disabled = !step || !isDone;
       next.hidden = !step;
+      back.hidden = isHere || !step;
     },
   };
 }

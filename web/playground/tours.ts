@@ -48,10 +48,18 @@ function numbers(entry: Entry): number[] {
   return (entry.bytes ?? "").slice(3).split(",").map(Number);
 }
 
-/** The ways of arcs, each from where it begins. */
-function arcs({ entries }: Seen): [number, number][][] {
-  return entries.filter(({ kind, motion, points }) => kind === "motion" && motion === "ends" && (points?.length ?? 0) > 2)
-    .map(({ points }) => points!.map(([x = 0, y = 0]): [number, number] => [x, y]));
+/** What a circle is asked to be, by the names that its numbers have; what is not asked for may be anything. */
+type Asked = Partial<Record<"B" | "V" | "D" | "x" | "y" | "Rx" | "Ry", number>>;
+
+/** A circle was drawn with these numbers, and so that its way, from where it begins, is as asked. */
+function drew(seen: Seen, { B, V, D, x, y, Rx, Ry }: Asked, isRight: (way: [number, number][]) => boolean): boolean {
+  const asked = [B, V, D, x, y, Rx, Ry];
+  return did(seen, "@y", (sent) => {
+    const given = numbers(sent);
+    if (asked.some((number, i) => number !== undefined && given[i] !== number)) return false;
+    const motions = seen.entries.filter(({ kind, motion, command }) => kind === "motion" && motion === "ends" && command === sent.command);
+    return motions.some(({ points }) => points !== undefined && points.length > 2 && isRight(points.map(([x = 0, y = 0]) => [x, y])));
+  });
 }
 
 /** How far apart the two most distant places of a way are in X and in Y, in steps. */
@@ -93,7 +101,7 @@ const COMMANDS: Tour = {
         "@0A fährt relativ zum jetzigen Ort: für jede Achse Schritte und Geschwindigkeit in Schritten je Sekunde, für Z zwei solche Paare. Die Antwort kommt, wenn die Bewegung vorbei ist. Fahre X um 4.000 Schritte, das sind hier 50 mm, mit 2.000 Hz.",
       ],
       type: "@0A4000,2000,0,900,0,900,0,900",
-      met: (seen) => did(seen, "@A", (sent) => numbers(sent)[0] === 4_000),
+      met: (seen) => did(seen, "@A", (sent) => numbers(sent)[0] === 4_000 && numbers(sent)[1] === 2_000),
     },
     {
       title: ["Ask where it is", "Fragen, wo sie ist"],
@@ -111,7 +119,9 @@ const COMMANDS: Tour = {
         "Was nicht geht, wird mit einem Zeichen beantwortet, das sagt warum. Sende eine Fahrt mit zu wenigen Zahlen oder mit einer Geschwindigkeit, die die Steuerung nicht hat, und öffne den roten Eintrag im Gespräch.",
       ],
       type: "@0A500",
-      met: ({ entries }) => entries.some(({ kind, why }) => kind === "answer" && why !== undefined),
+      // 7 says that the numbers are not as many as there are for these axes, D that there is no such speed.
+      met: (seen) => ["@A", "@M"].flatMap((move) => talk(seen, move)).some(({ sent, answer }) =>
+        answer?.bytes === "D" || (answer?.bytes === "7" && numbers(sent).length < 8)),
     },
     {
       title: ["Stop a move", "Eine Fahrt anhalten"],
@@ -160,6 +170,9 @@ const COMMANDS: Tour = {
   ],
 };
 
+/** From the right end of the circle of radius 400, either way round. */
+const CIRCLE: Asked = { D: -200, x: 400, y: 0, Rx: -1 };
+
 const CIRCLES: Tour = {
   title: ["How it makes a circle of steps", "Wie aus Schritten ein Kreis wird"],
   model: "imc4",
@@ -172,7 +185,7 @@ const CIRCLES: Tour = {
         "Der Prozessor einer solchen Steuerung addiert und vergleicht, mehr nicht. Kreise macht sie trotzdem: ein Schritt einer Achse nach dem anderen, und ein Register sagt, welche Achse an der Reihe ist. Setze zuerst die Achsen X und Y, und sieh von oben darauf (Oben XY).",
       ],
       type: "@03",
-      met: (seen) => did(seen, "@axes"),
+      met: (seen) => did(seen, "@axes", ({ bytes }) => (Number(bytes?.slice(2)) & 3) === 3),
     },
     {
       title: ["A whole circle", "Ein ganzer Kreis"],
@@ -181,7 +194,7 @@ const CIRCLES: Tour = {
         "@0y hat sieben Zahlen: wie viele Schritte B, die Geschwindigkeit V, das Register D am Anfang, wo der Anfang vom Mittelpunkt aus liegt (x, y), und die Richtungen Rx und Ry. Von (400, 0) aus, dem rechten Ende, ist ein ganzer Kreis 8 × 400 Schritte lang, und D ist −200. Zeichne ihn.",
       ],
       type: "@0y3200,1000,-200,400,0,-1,1",
-      met: (seen) => did(seen, "@y") && arcs(seen).some((way) => isClosed(way) && spans(way).every((span) => near(span, 800))),
+      met: (seen) => drew(seen, { ...CIRCLE, B: 3_200 }, (way) => isClosed(way) && spans(way).every((span) => near(span, 800))),
     },
     {
       title: ["Why eight times the radius", "Warum achtmal der Radius"],
@@ -190,7 +203,7 @@ const CIRCLES: Tour = {
         "Ein Viertel geht 400 Schritte nach links und 400 nach oben, immer eine Achse: 800 Schritte, wie auch immer die Kurve dazwischen ist. Ein Halbkreis hat also 4 × 400. Zeichne einen Halbkreis mit demselben Radius: Nur B ändert sich.",
       ],
       type: "@0y1600,1000,-200,400,0,-1,1",
-      met: (seen) => did(seen, "@y") && arcs(seen).some((way) => !isClosed(way) && near(spans(way)[0], 800) && near(spans(way)[1], 400)),
+      met: (seen) => drew(seen, { ...CIRCLE, B: 1_600 }, (way) => !isClosed(way) && near(spans(way)[0], 800) && near(spans(way)[1], 400)),
     },
     {
       title: ["Twice as large", "Doppelt so groß"],
@@ -199,7 +212,7 @@ const CIRCLES: Tour = {
         "Jetzt du: ein ganzer Kreis mit Radius 800. Der Anfang ist (800, 0), B sind acht Radien, und D ist minus ein halber Radius.",
       ],
       type: "@0y6400,2000,-400,800,0,-1,1",
-      met: (seen) => did(seen, "@y") && arcs(seen).some((way) => isClosed(way) && spans(way).every((span) => near(span, 1_600))),
+      met: (seen) => drew(seen, { ...CIRCLE, B: 6_400, D: -400, x: 800 }, (way) => isClosed(way) && spans(way).every((span) => near(span, 1_600))),
     },
     {
       title: ["The other way round", "Andersherum"],
@@ -208,11 +221,7 @@ const CIRCLES: Tour = {
         "Wie herum es geht, folgt aus Rx und Ry: Vom rechten Ende aus kann X nur kleiner werden, also ist Rx −1; Ry ist 1 nach oben, −1 nach unten. Der Befehl @0f für die Richtung wird gespeichert, sonst folgt nichts daraus. Zeichne einen Kreis mit Radius 400, der nach unten beginnt.",
       ],
       type: "@0y3200,1000,-200,400,0,-1,-1",
-      met: (seen) => did(seen, "@y", (sent) => numbers(sent)[6] === -1) && arcs(seen).some((way) => {
-        const lowest = way.findIndex(([, y]) => y === Math.min(...way.map((place) => place[1])));
-        const highest = way.findIndex(([, y]) => y === Math.max(...way.map((place) => place[1])));
-        return isClosed(way) && near(spans(way)[1], 800) && lowest < highest;
-      }),
+      met: (seen) => drew(seen, { ...CIRCLE, B: 3_200, Ry: -1 }, (way) => isClosed(way) && spans(way).every((span) => near(span, 800))),
     },
     {
       title: ["What D is for", "Wozu D da ist"],
@@ -221,7 +230,7 @@ const CIRCLES: Tour = {
         "Die Schleife lautet: Ist D über 0, ein Schritt in X, und D verliert |x|; sonst ein Schritt in Y, und D gewinnt |y|. D sagt also, ob der Ort außerhalb oder innerhalb des Kreises liegt. Mit einem D, das zu keinem Kreis gehört, ist auch der Weg keiner. Sende den Kreis mit D = −40.000 und sieh, wie lange er braucht, um sich zu fangen.",
       ],
       type: "@0y3200,1000,-40000,400,0,-1,1",
-      met: (seen) => did(seen, "@y", (sent) => Math.abs(numbers(sent)[2] ?? 0) >= 10_000) && arcs(seen).some((way) => !isClosed(way) || spans(way).some((span) => !near(span, 800))),
+      met: (seen) => drew(seen, { ...CIRCLE, B: 3_200, D: -40_000 }, () => true),
     },
     {
       title: ["The manual's example", "Das Beispiel des Handbuchs"],
@@ -230,7 +239,7 @@ const CIRCLES: Tour = {
         "Ein Viertel von 135 bis 225 Grad mit Radius 200 beginnt bei (−141, 141). Abseits der Achsen ist D keine einfache Hälfte; 119 ergibt der Kreis dort. Wo endet es? 282 Schritte unter dem Anfang: zweimal 141. Zeichne es, und sieh auf Y.",
       ],
       type: "@0y400,1500,119,-141,141,-1,-1",
-      met: (seen) => did(seen, "@y") && arcs(seen).some((way) => way.at(-1)![0] === way[0]![0] && way.at(-1)![1] - way[0]![1] === -282),
+      met: (seen) => drew(seen, { D: 119, x: -141, y: 141 }, (way) => way.at(-1)![0] === way[0]![0] && way.at(-1)![1] - way[0]![1] === -282),
     },
     {
       title: ["Stop inside a circle", "Mitten im Kreis anhalten"],
@@ -239,7 +248,7 @@ const CIRCLES: Tour = {
         "Zeichne einen langsamen Kreis, drücke unterwegs STOP und sende dann @0S (nach START, falls das Bedienfeld hält). Der Rest wird mit demselben Register gezeichnet, und der Kreis schließt sich, als wäre nichts gewesen.",
       ],
       type: "@0y3200,200,-200,400,0,-1,1",
-      met: (seen) => seen.entries.some(({ kind, bytes }) => kind === "answer" && bytes === "F") && did(seen, "@S"),
+      met: (seen) => talk(seen, "@y").some(({ answer }) => answer?.bytes === "F") && did(seen, "@S"),
     },
   ],
 };

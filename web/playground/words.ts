@@ -60,6 +60,8 @@ const TABLE = {
   of: ["of", "von"],
   done: ["done", "erledigt"],
   tourEnd: ["That was the whole tour. Everything that you did is still here: go back in it, or share it.", "Das war der ganze Rundgang. Alles, was du getan hast, ist noch da: Geh darin zurück oder teile es."],
+  tourNeeds: ["This tour needs another controller and machine:", "Dieser Rundgang braucht eine andere Steuerung und Maschine:"],
+  backToTour: ["Begin anew with those of the tour", "Neu beginnen mit denen des Rundgangs"],
   leaveTour: ["Leave the tour", "Rundgang verlassen"],
   nextStep: ["Next", "Weiter"],
   previousStep: ["Previous", "Zurück"],

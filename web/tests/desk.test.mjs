@@ -16,12 +16,12 @@ const [first, path] = ["first", "page"].map((name) => `${target}/page/vimc4_${na
 const { outputFiles } = await build({
   absWorkingDir: new URL("../", import.meta.url).pathname,
   stdin: {
-    contents: ["./src/desk", "./playground/relay", "./playground/session", "./playground/work"].map((path) => `export * from "${path}";`).join(""),
+    contents: ["./src/desk", "./playground/relay", "./playground/session", "./playground/tours", "./playground/work"].map((path) => `export * from "${path}";`).join(""),
     resolveDir: ".",
   },
   bundle: true, format: "esm", write: false,
 });
-const { Desk, Later, Relay, Session, Work } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+const { Desk, Later, Relay, Session, TOURS, Work } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 for (const one of [first, path]) assert.ok(existsSync(one), `${one} is not there: cargo xtask page`);
 const [early, module] = await Promise.all([first, path].map((one) => readFile(one)));
 const open = () => Desk.load(module);
@@ -368,6 +368,39 @@ test("a file that is for other controllers is refused as a whole, with the names
   const [job, plot] = await Promise.all(["plate.ncp", "board.plt"].map((name) => readFile(new URL(`examples/${name}`, root), "utf8")));
   await refused("plate.ncp", job, "smcu");
   await refused("board.plt", plot, "imc4");
+});
+
+test("a step of a tour is done by what it asks for, and by nothing that is only like it", async () => {
+  const met = async (tour, step, ...lines) => {
+    const desk = await open();
+    const is = ({ status, body }) => (assert.equal(status, 200, JSON.stringify(body)), body);
+    is(desk.ask("PUT", "/controllers", { model: "imc4", machine: "bench", clock: "instant" }));
+    for (const line of lines) {
+      is(desk.ask("POST", "/controllers/1/line", { send: `${line}\r` }));
+      desk.hear(0);
+    }
+    const [{ entries }, view] = ["journal", "view"].map((what) => is(desk.ask("GET", `/controllers/1/${what}`)));
+    return TOURS[tour].steps[step - 1].met({ entries, machine: { view }, isPast: false });
+  };
+  const are = async (tour, step, isMet, before, ...lines) => {
+    for (const line of lines) assert.equal(await met(tour, step, ...before, line), isMet, `step ${step} of the tour of ${tour}: ${line}`);
+  };
+  await are("circles", 1, true, [], "@03", "@07");
+  await are("circles", 1, false, [], "@01", "@08", "@0P");
+  const right = ["@0y3200,1000,-200,400,0,-1,1", "@0y1600,1000,-200,400,0,-1,1", "@0y6400,1000,-400,800,0,-1,1", "@0y3200,1000,-200,400,0,-1,-1",
+    "@0y3200,1000,-40000,400,0,-1,1", "@0y400,1500,119,-141,141,-1,-1"];
+  for (let step = 2; step <= 7; step++) {
+    await are("circles", step, true, ["@03"], right[step - 2]);
+    // Either way round is a whole circle.
+    await are("circles", step, false, ["@03"], ...right.filter((_, i) => i !== step - 2 && !(step === 2 && i === 3)));
+  }
+  await are("circles", 4, false, ["@03"], "@0y6400,2000,-200,800,0,-1,1");
+  await are("circles", 5, false, ["@03"], "@0y3200,1000,0,400,0,-1,-1", "@0y3200,1000,-200,400,0,-1,1");
+  await are("circles", 6, false, ["@03"], "@0y400,1000,-40000,400,0,-1,1");
+  await are("commands", 3, true, ["@07"], "@0A4000,2000,0,900,0,900,0,900");
+  await are("commands", 3, false, ["@07"], "@0A4000,900,0,900,0,900,0,900", "@0A400,2000,0,900,0,900,0,900");
+  await are("commands", 5, true, ["@07"], "@0A500", "@0M500,99999,0,900,0,900,0,900");
+  await are("commands", 5, false, ["@07"], "@0Z9", "@0P5", "@0A500,900,0,900,0,900,0,900", "@0A500,900,0,900,0,900,0,900,7");
 });
 
 test("whatever it is asked, it answers", async () => {

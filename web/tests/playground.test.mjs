@@ -592,6 +592,13 @@ for (const name of ["chromium", "firefox"]) {
       await tab.send("@0y1600,1000,-200,400,0,-1,1");
       await until("it is drawn", async () => (await tab.carriage())[0] === -800);
       assert.equal(await next(), true, "half a circle is no whole one");
+      // Another controller cannot do it: the tour says which can, and brings it back.
+      await tab.choose(".bench select.model", "imc4-m");
+      await tab.seen(".tour .note", "This tour needs another controller and machine: imc4, bench");
+      await tab.click(".tour .tour-back");
+      await until("it is there again", () => tab.look(() => document.querySelector(".tour-back").hidden));
+      assert.equal(await tab.text(".tour .note"), "");
+      await tab.send("@03");
       await tab.click(".tour .suggested button");
       await tab.press("Enter");
       await tab.seen(".tour .note", "done");
