@@ -16,12 +16,12 @@ const [first, path] = ["first", "page"].map((name) => `${target}/page/vimc4_${na
 const { outputFiles } = await build({
   absWorkingDir: new URL("../", import.meta.url).pathname,
   stdin: {
-    contents: ["./src/desk", "./playground/relay", "./playground/session", "./playground/tours", "./playground/work"].map((path) => `export * from "${path}";`).join(""),
+    contents: ["./src/desk", "./src/words", "./playground/relay", "./playground/session", "./playground/tours", "./playground/work"].map((path) => `export * from "${path}";`).join(""),
     resolveDir: ".",
   },
   bundle: true, format: "esm", write: false,
 });
-const { Desk, Later, Relay, Session, TOURS, Work } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+const { Desk, explained, Later, Relay, Session, TOURS, Work } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 for (const one of [first, path]) assert.ok(existsSync(one), `${one} is not there: cargo xtask page`);
 const [early, module] = await Promise.all([first, path].map((one) => readFile(one)));
 const open = () => Desk.load(module);
@@ -401,6 +401,25 @@ test("a step of a tour is done by what it asks for, and by nothing that is only 
   await are("commands", 3, false, ["@07"], "@0A4000,900,0,900,0,900,0,900", "@0A400,2000,0,900,0,900,0,900");
   await are("commands", 5, true, ["@07"], "@0A500", "@0M500,99999,0,900,0,900,0,900");
   await are("commands", 5, false, ["@07"], "@0Z9", "@0P5", "@0A500,900,0,900,0,900,0,900", "@0A500,900,0,900,0,900,0,900,7");
+});
+
+test("every signal of every controller is explained in German", async () => {
+  const desk = await open();
+  const is = ({ status, body }) => (assert.equal(status, 200, JSON.stringify(body)), body);
+  const { localStorage } = globalThis;
+  Object.defineProperty(globalThis, "localStorage", { configurable: true, value: { getItem: () => "de" } });
+  try {
+    for (const model of is(desk.ask("GET", "/models"))) {
+      for (const machine of is(desk.ask("GET", "/machines"))) {
+        is(desk.ask("PUT", "/controllers", { model, machine }));
+        for (const { name, about } of is(desk.ask("GET", "/controllers/1/signals"))) {
+          assert.notEqual(explained(about), about, `${name} of the ${model}`);
+        }
+      }
+    }
+  } finally {
+    Object.defineProperty(globalThis, "localStorage", { configurable: true, value: localStorage });
+  }
 });
 
 test("whatever it is asked, it answers", async () => {
