@@ -386,6 +386,15 @@ for (const name of ["chromium", "firefox"]) {
       tab.complaints.length = 0;
     });
 
+    with_("the time line goes on while nothing happens", async (_, opened) => {
+      const tab = await opened();
+      await tab.send("@07");
+      await tab.seen(".entry-answer", "0");
+      const at = async () => Number(await tab.attribute(".timeline", "data-at"));
+      const before = await at();
+      await until("it shows the time that has passed", async () => (await at()) > before + 3e9);
+    });
+
     with_("what a line means is said before it is sent", async (_, opened) => {
       const tab = await opened();
       await tab.send("@07");

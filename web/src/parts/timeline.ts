@@ -9,6 +9,8 @@ import { figure, say, seconds } from "../words";
 /** The height of a branch, and where the first one is, in pixels. */
 const LANE = 18;
 const TOP = 12;
+/** So often the present is drawn where it is by now, in ms. */
+const TICKS = 1_000;
 /** So many branches are drawn; all are listed. */
 const LANES = 12;
 
@@ -139,8 +141,14 @@ export function timeline(app: App): Part {
     context.fill();
   };
 
-  return {
+  // Time passes while nothing happens. Whoever has the line in hand is not disturbed.
+  const ticks = setInterval(() => {
+    const machine = shown();
+    if (machine && document.activeElement !== range) part.show(machine);
+  }, TICKS);
+  const part: Part = {
     element,
+    leave: () => clearInterval(ticks),
     show(machine: Machine) {
       const live = app.machine ?? machine;
       const { past } = app;
@@ -192,4 +200,5 @@ export function timeline(app: App): Part {
       draw(history, lanes);
     },
   };
+  return part;
 }
