@@ -7,10 +7,10 @@ use std::ops::Range;
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
-mod plot;
+mod sort;
 mod work;
-pub use plot::is_plot;
-pub use work::{Host, is_job, number, said, storing, takes_jobs, target, told};
+pub use sort::{is_job, is_plot};
+pub use work::{Host, number, said, storing, takes_jobs, target, told};
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
@@ -107,10 +107,10 @@ impl Script {
     pub fn of(name: &str, bytes: &[u8], handling: &Handling) -> Result<Script, String> {
         let model = handling.model();
         if handling.takes_stream && is_job(bytes) {
-            return Err(format!("{name} is a job file, and {}", work::no_jobs(model)));
+            return Err(format!("{name} is a job file, and {}", sort::no_jobs(model)));
         }
         if !handling.takes_stream && is_plot(bytes) {
-            return Err(format!("{name} is a plot file, and {}", plot::no_plots(model)));
+            return Err(format!("{name} is a plot file, and {}", sort::no_plots(model)));
         }
         if handling.takes_stream && is_binary(bytes) {
             let lmd = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("lmd"));

@@ -3,15 +3,15 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use vimc4_catalogue::{Family, Handling, Machine, Model};
+use vimc4_catalogue::{Handling, Machine, Model};
 use vimc4_debug::{Piece, Unit};
 use vimc4_device::{Condition, SignalId};
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, InputTest, Job, Options, Question, Step, Target};
-use vimc4_ncp::language;
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::ScriptLine;
+use crate::sort::no_jobs;
 
 /// So many commands of a job are sent at most.
 const MOST: usize = 10_000_000;
@@ -177,40 +177,10 @@ pub fn number(line: &ScriptLine) -> u32 {
     line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or(0)
 }
 
-/// Whether the first line that says something begins with the name of a command of job files.
-#[must_use]
-pub fn is_job(bytes: &[u8]) -> bool {
-    let text = language::decode(bytes);
-    let mut names = language::lines(&text).filter_map(|line| {
-        let line = line.text.trim_start_matches([' ', '\t']);
-        // The number of a line says nothing.
-        let behind = line.strip_prefix(['N', 'n']).map(|rest| {
-            rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
-        });
-        let word = |text: &str| {
-            let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
-            text[..end.unwrap_or(text.len())].to_owned()
-        };
-        let says_nothing = line.is_empty() || line.starts_with([';', '#', '(']);
-        (!says_nothing).then(|| (word(line), behind.map(word)))
-    });
-    let known = |name: &str| language::reference::find(name).is_some();
-    names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
-}
-
 /// Whether job files are for this model: they become lines of isel's @-format.
 #[must_use]
 pub fn takes_jobs(model: &Model) -> bool {
     model.isel().is_some()
-}
-
-/// Why this model takes no jobs, and which take them.
-pub(crate) fn no_jobs(model: &Model) -> String {
-    format!(
-        "the {} does not speak isel's @-format; choose one of {}",
-        model.name(),
-        Family::Isel.models().join(", ")
-    )
 }
 
 /// A controller on a machine, as jobs see them.

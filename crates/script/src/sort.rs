@@ -1,6 +1,28 @@
-//! Plot files: streams of HPGL commands.
+//! Whether a file is a job or a plot, by how it begins, and which models take it.
 
-use vimc4_catalogue::{Handling, Model, model, models};
+use vimc4_catalogue::{Family, Handling, Model, model, models};
+use vimc4_ncp::language;
+
+/// Whether the first line that says something begins with the name of a command of job files.
+#[must_use]
+pub fn is_job(bytes: &[u8]) -> bool {
+    let text = language::decode(bytes);
+    let mut names = language::lines(&text).filter_map(|line| {
+        let line = line.text.trim_start_matches([' ', '\t']);
+        // The number of a line says nothing.
+        let behind = line.strip_prefix(['N', 'n']).map(|rest| {
+            rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
+        });
+        let word = |text: &str| {
+            let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
+            text[..end.unwrap_or(text.len())].to_owned()
+        };
+        let says_nothing = line.is_empty() || line.starts_with([';', '#', '(']);
+        (!says_nothing).then(|| (word(line), behind.map(word)))
+    });
+    let known = |name: &str| language::reference::find(name).is_some();
+    names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
+}
 
 /// Whether a file begins as plot files do: with two capital letters that are a command of HPGL,
 /// or with `!` and two.
@@ -23,6 +45,15 @@ pub fn is_plot(bytes: &[u8]) -> bool {
         _ => true,
     };
     BEGINNINGS.contains(&name) && ends
+}
+
+/// Why this model takes no jobs, and which take them.
+pub(crate) fn no_jobs(model: &Model) -> String {
+    format!(
+        "the {} does not speak isel's @-format; choose one of {}",
+        model.name(),
+        Family::Isel.models().join(", ")
+    )
 }
 
 /// Why this model takes no plots, and which take them.
