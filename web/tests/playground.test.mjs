@@ -693,10 +693,15 @@ test("a real line that never falls silent fills neither the page nor its memory"
     const tab = await own.tab();
     await tab.before(() => {
       const noise = new Uint8Array(65_536).fill(85);
+      let due;
       const port = {
         open: async () => {},
         close: async () => {},
-        readable: new ReadableStream({ pull: (stream) => new Promise((soon) => setTimeout(() => (stream.enqueue(noise), soon()))) }),
+        // Nothing comes any more once nobody reads it.
+        readable: new ReadableStream({
+          pull: (stream) => new Promise((soon) => void (due = setTimeout(() => (stream.enqueue(noise), soon())))),
+          cancel: () => clearTimeout(due),
+        }),
         writable: new WritableStream(),
       };
       Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => ({ requestPort: async () => port }) });
