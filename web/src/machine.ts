@@ -9,7 +9,7 @@ const ENTRIES = 20_000;
 const SETTLES = 400;
 
 const ARCS = new Set(["@y", "@w", "y", "w", "AA", "AR"]);
-const REFERENCES = new Set(["@R", "@F", "7", "OH"]);
+const REFERENCES = new Set(["@R", "@F", "7", "OH", "IN", "!IS"]);
 const MOVES = /^(?:@\d)?[AM0m]\s*(-?\d+(?:,-?\d+)*)/;
 
 export class Machine {
@@ -44,6 +44,8 @@ export class Machine {
   /** Where the counters were when the motion began that is going on. */
   private began: Place | null = null;
   private head = "up";
+  /** Whether a trackball moves what no command does. */
+  private ball = false;
   private commands = new Map<number, string>();
   private line = { mnemonic: "", bytes: "" };
   private settling = 0;
@@ -93,6 +95,7 @@ export class Machine {
     this.way = [0, 0, 0];
     this.isPlaced = false;
     this.began = null;
+    this.ball = false;
     this.edition += 1;
   }
 
@@ -199,6 +202,8 @@ export class Machine {
       case "command":
         if (entry.mnemonic === "PU") this.head = "up";
         if (entry.mnemonic === "PD") this.head = "down";
+        if (entry.mnemonic === "!OI") this.ball = true;
+        if (entry.mnemonic === "!CI" || entry.mnemonic === "IN") this.ball = false;
         if (entry.command !== undefined) {
           this.commands.set(entry.command, entry.bytes ?? "");
           if (this.commands.size > 1_000) this.commands.delete(this.commands.keys().next().value!);
@@ -249,7 +254,11 @@ export class Machine {
     const mnemonic = entry.mnemonic ?? this.line.mnemonic;
     if (REFERENCES.has(mnemonic)) return "reference";
     if (ARCS.has(mnemonic)) return "arc";
-    if (this.about.family === "lpkf") return this.head === "up" ? "rapid" : "feed";
+    if (this.about.family === "lpkf") {
+      // What no command has asked for is a machine that homes by itself when it is switched on.
+      if (!mnemonic && !this.ball) return "reference";
+      return this.head === "up" ? "rapid" : "feed";
+    }
     // An isel controller knows no rapid: it is a move with the speed that a job has for it, or with
     // the highest one.
     const numbers = MOVES.exec(sent ?? this.line.bytes)?.[1]?.split(",").map(Number) ?? [];

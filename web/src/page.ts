@@ -66,7 +66,8 @@ export function show(app: App, more: More): void {
     // What is seen is past wherever one looks.
     document.body.dataset.film = String(app.film !== undefined);
     document.body.dataset.past = String(!(app.past?.isNow ?? true));
-    document.title = `${app.film?.title ?? machine.about.model} · virtual IMC4`;
+    const { model } = machine.about;
+    document.title = app.film ? `${app.film.title} · ${model}` : `${model} · virtual IMC4`;
     for (const part of parts) part.show(machine);
   };
 

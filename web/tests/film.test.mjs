@@ -4,7 +4,7 @@ import { mkdtemp, readFile, rm, stat, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { pathToFileURL } from "node:url";
+import { fileURLToPath, pathToFileURL } from "node:url";
 import { blank, browse, run, serve, until } from "./stand.mjs";
 
 let browser;
@@ -20,6 +20,18 @@ function film(lines, body) {
   };
   return shown(record, body);
 }
+
+test("the reference run of a plotter is one", async () => {
+  const record = (folder, recording) =>
+    run("run", fileURLToPath(new URL("../../examples/board.plt", import.meta.url)), "--model", "smcu", "--machine", "board-plotter", "--record", recording);
+  await shown(record, async (page) => {
+    await page.getByRole("slider", { name: "Time line" }).focus();
+    await page.keyboard.press("End");
+    await until("all has happened", async () => (await page.locator(".entry.later").count()) === 0);
+    assert.equal(await page.locator(".stage").getAttribute("data-kinds"), "reference rapid feed arc");
+    assert.equal(await page.title(), "it.jsonl · smcu");
+  });
+});
 
 /** A recording that `record` makes, as a page, opened. */
 async function shown(record, body) {
@@ -56,6 +68,8 @@ test("a recording is scrubbed, by keys and by its entries, and nothing in it can
     await until("all has happened", async () => (await page.locator(".entry.later").count()) === 0);
     const end = await carriage(page);
     assert.equal(await page.locator(".stage").getAttribute("data-kinds"), "reference feed");
+    assert.equal(await page.title(), "it.jsonl · imc4");
+    assert.equal(await page.locator("h1").textContent(), "it.jsonl");
     // What was wrong is there with its meaning; an entry jumps to its moment.
     await page.locator(".entry-error", { hasText: "takes 8 numbers" }).waitFor();
     await page.locator(".entry", { hasText: "Y +1,000 steps" }).getByRole("button").first().click();

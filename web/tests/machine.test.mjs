@@ -84,6 +84,20 @@ test("ways are told apart by what was sent", () => {
   assert.deepEqual(plotter.path.runs.map(({ kind }) => kind), ["rapid", "feed", "arc"]);
 });
 
+test("a plotter makes reference runs by itself, and when it is initialised", () => {
+  const kinds = (...heard) => {
+    const plotter = machine("lpkf");
+    let x = 0;
+    const move = (mnemonic) => ends([[x, 0, 0], [++x, 0, 0]], { mnemonic });
+    plotter.hear(heard.flatMap(([sent, moves]) => [...(sent ? [entry("command", { mnemonic: sent })] : []), move(moves)]));
+    return plotter.path.runs.map(({ kind }) => kind);
+  };
+  assert.deepEqual(kinds([undefined, undefined], ["PA", "PA"]), ["reference", "rapid"]);
+  assert.deepEqual(kinds(["IN", "IN"], ["PA", "PA"], ["!IS", "!IS"]), ["reference", "rapid", "reference"]);
+  // A trackball moves without a command, too.
+  assert.deepEqual(kinds(["!OI", undefined], ["!CI", "!IS"]), ["rapid", "reference"]);
+});
+
 test("what is no longer kept is counted", () => {
   const it = machine();
   it.gap(1, 90);

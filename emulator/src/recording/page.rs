@@ -44,7 +44,9 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
         history.go_to_end(heading);
         history.go_back_to(Place { branch, moment: first.first });
     }
-    let mut film = Film::new(&text::name(recording), &model, &machine, history.device().device());
+    // Whoever gets the page has no use for the folder.
+    let title = text::name(recording.file_name().map_or(recording, Path::new));
+    let mut film = Film::new(&title, &model, &machine, history.device().device());
     film.went_back(branches.len() - 1);
     while !has_come_to(history.present(), end) && history.find_next(Time::NEVER, |_, _, _| true) {
         if history.present().branch != branch {

@@ -71,7 +71,7 @@ export function shell(app: App, more: { foot: () => Node[]; where?: () => string
   return {
     head: h("header", {},
       h("a", { class: "skip", href: "#front" }, say("skip")),
-      h("h1", {}, "virtual IMC4"), tabs, link, languages, colours),
+      h("h1", {}, app.film?.title ?? "virtual IMC4"), tabs, link, languages, colours),
     foot: h("footer", {}, ...more.foot()),
     show() {
       put(link, more.where?.() ?? say(app.isConnected ? "connected" : "lost"));
