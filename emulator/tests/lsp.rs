@@ -262,6 +262,19 @@ fn an_end_of_file_as_dos_has_it_is_no_problem() {
 }
 
 #[test]
+fn a_byte_order_mark_is_no_problem_and_shifts_nothing() {
+    let editor = Editor::with("\u{feff}IMF_PBL\nREF XYZ\n");
+    assert_eq!(editor.problems(Some(1)), []);
+    let mut editor = Editor::with("\u{feff}MOVABS X5\n");
+    let told = editor.problems(Some(1));
+    assert!(told.contains(&problem("unknown-command", 1, [0, 1, 0, 7])), "{told:?}");
+    let range =
+        json!({ "start": { "line": 0, "character": 1 }, "end": { "line": 0, "character": 7 } });
+    editor.change(2, json!({ "range": range, "text": "IMF_PBL\nREF X\nMOVEABS" }));
+    assert_eq!(editor.problems(Some(2)), []);
+}
+
+#[test]
 fn commands_and_words_are_explained() {
     let mut editor = Editor::with("; 𝄞\nN5 moveabs x5000 ; there\n");
     let hover = editor.ask_at("hover", 1, 4).unwrap();

@@ -178,6 +178,11 @@ impl Configuration {
         let each = self.controllers.iter().map(|own| {
             let own = own.clone();
             let file = own.program.is_some() || own.recording.is_some() || own.serve;
+            // A recording has its own.
+            let (model, machine, quirks) = match own.recording {
+                Some(_) => Default::default(),
+                None => (self.model.clone(), self.machine.clone(), self.quirks.clone()),
+            };
             Configuration {
                 serve: own.serve || self.serve && !file,
                 pty: own.pty.or_else(|| self.pty.clone()),
@@ -187,9 +192,9 @@ impl Configuration {
                 flash: own.flash.or_else(|| self.flash.clone()),
                 program: own.program.or_else(|| self.program.clone().filter(|_| !file)),
                 recording: own.recording.or_else(|| self.recording.clone().filter(|_| !file)),
-                model: own.model.or_else(|| self.model.clone()),
-                machine: own.machine.or_else(|| self.machine.clone()),
-                quirks: self.quirks.clone().into_iter().chain(own.quirks).collect(),
+                model: own.model.or(model),
+                machine: own.machine.or(machine),
+                quirks: quirks.into_iter().chain(own.quirks).collect(),
                 job_options: own.job_options.or_else(|| self.job_options.clone()),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),

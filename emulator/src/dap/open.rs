@@ -56,7 +56,7 @@ impl Open for Doors {
         }
         let several = each.iter().filter(|each| each.serve).count() > 1;
         let mut numbers = 1..;
-        let open = |each: &Configuration| {
+        let mut open = |each: &Configuration| {
             let is_of_file = each.program.is_some() || each.recording.is_some();
             only_files(each)?;
             let mut opened = match each.serve {
@@ -74,7 +74,19 @@ impl Open for Doors {
             }
             Ok(opened)
         };
-        each.iter().map(open).collect()
+        let is_list = !configuration.controllers.is_empty();
+        let which = |(number, each): (usize, &Configuration)| match &each.name {
+            Some(name) => format!("controller {name}: "),
+            None => format!("controller {number} of the list: "),
+        };
+        let each = (1..).zip(&each);
+        let opened = each.map(|own| {
+            open(own.1).map_err(|refusal| match is_list {
+                true if refusal != Refusal::cancelled() => Refusal(which(own) + &refusal.0),
+                _ => refusal,
+            })
+        });
+        opened.collect()
     }
 
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {

@@ -1182,6 +1182,27 @@ fn controllers_are_threads_and_go_each_by_itself() {
 }
 
 #[test]
+fn a_refusal_names_the_controller_of_the_list() {
+    let plot = example("board.plt");
+    let refused = |controllers: Value| {
+        Editor::new().refused("launch", json!({ "machine": "mill", "controllers": controllers }))
+    };
+    let named = refused(json!([
+        { "name": "drill", "program": example("commands.txt") },
+        { "name": "board", "program": plot },
+    ]));
+    assert!(named.starts_with("controller board: ") && named.contains("is a plot"), "{named}");
+    assert!(named.contains("the model imc4") && named.contains("smcu"), "{named}");
+    let unnamed = refused(json!([{ "program": plot }]));
+    assert!(unnamed.starts_with("controller 1 of the list: "), "{unnamed}");
+    // What stands beside the list is for those that have none of their own, and a recording has.
+    drop(Editor::at_entry(json!({
+        "machine": "mill", "quirks": {},
+        "controllers": [{ "name": "before", "recording": example("limit.jsonl") }],
+    })));
+}
+
+#[test]
 fn recordings_are_debugged() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("drill.jsonl");

@@ -121,8 +121,8 @@ pub enum Problem {
     SpeedRaised {
         /// The speed that was asked for.
         wanted: Value,
-        /// Hz.
-        asked: u64,
+        /// Hz, which may be less than one.
+        asked: Value,
         /// Hz.
         given: u32,
         /// The speed that it is.
@@ -583,7 +583,7 @@ mod tests {
         let help = |wanted, set_by| {
             let wanted = Value::whole(wanted);
             let speed = Value::whole(250);
-            Problem::SpeedRaised { wanted, asked: 1, given: 20, speed, set_by }.help()
+            Problem::SpeedRaised { wanted, asked: Value::whole(1), given: 20, speed, set_by }.help()
         };
         let drill = |in_mm, inch| SetBy::Drill { in_mm, inch };
         for (wanted, set_by, expected) in [

@@ -180,6 +180,7 @@ impl CommandInfo {
     pub(super) fn words_at(&self, place: usize) -> &'static [Parameter] {
         match self.form {
             Form::Cylinder if place > 0 => LINEAR_AXES,
+            Form::Register if place == 0 => REGISTER_WORDS,
             _ => self.parameters,
         }
     }
@@ -265,7 +266,10 @@ const HELIX_WAYS: &[Parameter] = &[
 ];
 
 /// A machine coordinate of each axis.
-const ZEROS: &[Parameter] = &[
+const ZEROS: &[Parameter] = &ZEROS_BY_AXIS;
+
+/// The same, axis by axis.
+const ZEROS_BY_AXIS: [Parameter; 6] = [
     word("X", number(WAY), "machine coordinate of the work-piece zero in X"),
     word("Y", number(WAY), "machine coordinate of the work-piece zero in Y"),
     word("Z", number(WAY), "machine coordinate of the work-piece zero in Z"),
@@ -273,6 +277,12 @@ const ZEROS: &[Parameter] = &[
     word("B", number(WAY), "machine coordinate of the work-piece zero of the fifth axis"),
     word("C", number(WAY), "machine coordinate of the work-piece zero of the sixth axis"),
 ];
+
+/// What can stand first behind a register.
+const REGISTER_WORDS: &[Parameter] = &{
+    let [x, y, z, a, b, c] = ZEROS_BY_AXIS;
+    [x, y, z, a, b, c, word("ACT", None, "the zero in the register counts from now on")]
+};
 
 const LIMITS: &[Parameter] = &[
     word("X", number(WAY), "lowest and highest machine coordinate of X"),

@@ -19,7 +19,7 @@ use vimc4_isel_wire::AxisSet;
 
 use super::command::{Placed, Span};
 use super::reader::Reader;
-use super::reference::{self, CommandInfo, Parameter};
+use super::reference::{self, CommandInfo, Form, Parameter};
 use super::token;
 
 pub use complete::{Completion, complete};
@@ -83,7 +83,20 @@ struct Anatomy<'t> {
 struct LooseWord<'t> {
     letters: Placed<&'t str>,
     number: Option<&'t str>,
+    /// The second number of a limit.
+    upto: Option<&'t str>,
     span: Span,
+}
+
+impl Anatomy<'_> {
+    /// What stands behind the name in this line, its line.
+    fn behind_name<'t>(&self, line: &'t str) -> Placed<&'t str> {
+        let behind = line.get(self.name.end as usize..self.end as usize).unwrap_or_default();
+        let value = behind.trim_start();
+        let start = self.name.end + (behind.len() - value.len()) as u32;
+        let value = value.trim_end();
+        Placed { value, span: Span { start, end: start + value.len() as u32 } }
+    }
 }
 
 impl<'t> Here<'t> {
@@ -123,8 +136,16 @@ impl<'t> Here<'t> {
                 continue;
             };
             let number = reader.take(token::next_numeral);
+            let has_two = info.form == Form::Limit && reader.take(token::comma).is_some();
+            let upto = has_two.then(|| reader.take(token::numeral)).flatten();
+            let upto = upto.map(|number| number.value);
             let span = reader.since(letters.span);
-            words.push(LooseWord { letters, number: number.map(|number| number.value), span });
+            words.push(LooseWord {
+                letters,
+                number: number.map(|number| number.value),
+                upto,
+                span,
+            });
         }
         Some(Anatomy { info, name: name.span, words, end: reader.place() })
     }

@@ -4,6 +4,9 @@ use std::ops;
 
 use lsp_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
 
+/// What some editors put before the first character of a text.
+const BYTE_ORDER_MARK: char = '\u{FEFF}';
+
 /// A file that is open in the editor.
 ///
 /// Editors count lines that end with LF, CR LF or CR, and UTF-16 code units in them; everything
@@ -21,8 +24,9 @@ pub(super) struct Document {
 
 impl Document {
     pub(super) fn new(uri: Uri, version: i32, text: String) -> Document {
-        let starts = starts(&text);
-        Document { uri, version, is_new: true, text, starts }
+        let mut document = Document { uri, version, is_new: true, text, starts: Vec::new() };
+        document.read();
+        document
     }
 
     /// What the editor has.
@@ -36,8 +40,17 @@ impl Document {
             Some(range) => self.text.replace_range(self.bytes(range), &change.text),
             None => self.text = change.text,
         }
-        self.starts = starts(&self.text);
+        self.read();
         self.is_new = true;
+    }
+
+    /// Takes in a text that is new. A byte order mark says nothing: a blank, which counts as many units,
+    /// takes its place.
+    fn read(&mut self) {
+        if self.text.starts_with(BYTE_ORDER_MARK) {
+            self.text.replace_range(..BYTE_ORDER_MARK.len_utf8(), " ");
+        }
+        self.starts = starts(&self.text);
     }
 
     /// The byte at a position; a position beyond a line is at its end.

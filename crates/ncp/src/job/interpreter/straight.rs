@@ -110,15 +110,16 @@ impl Interpreter<'_> {
             },
         };
         let told = &mut self.state.told[pace as usize];
-        let asked = libm::round(frequency.max(0.0)) as u64;
         match fitted {
             Fitted::Capped if !told.capped => {
                 told.capped = true;
+                let asked = libm::round(frequency.max(0.0)) as u64;
                 let (given, speed) = (speeds.highest, velocity(speeds.highest));
                 sink.say(Problem::SpeedCapped { wanted, asked, given, speed, set_by });
             }
             Fitted::Raised if !told.raised => {
                 told.raised = true;
+                let asked = Value::thousandths(libm::round(frequency * 1_000.0).max(1.0) as i64);
                 let (given, speed) = (speeds.lowest, velocity(speeds.lowest));
                 sink.say(Problem::SpeedRaised { wanted, asked, given, speed, set_by });
             }

@@ -183,6 +183,8 @@ mod tests {
         assert_eq!(offers("PLANE |"), ["XY", "XZ", "YZ"]);
         assert_eq!(offered("REF ZX|"), (vec!["Y", "A"], String::new()));
         assert_eq!(offers("WPREG1 A5 |"), ["X", "Y", "Z"]);
+        assert_eq!(offers("WPREG1 |"), ["X", "Y", "Z", "A", "ACT"]);
+        assert_eq!(offered("WPREG1A|").1, "A");
         assert_eq!(offers("CYL |")[3], "A");
         assert_eq!(offers("CYL A5000 |"), ["X", "Y", "Z"]);
         assert_eq!(complete("CYL A5000 ", 10, CONTEXT)[0].snippet, "X");
@@ -214,9 +216,13 @@ mod tests {
             assert_eq!(told(&line), [], "{line}");
             assert!(offer.is_command && !offer.detail.is_empty() && !offer.markdown.is_empty());
         }
-        for (line, name) in
-            [("ACCEL ", "X"), ("DRILLDEF ", "V"), ("SPINDLE ", "RPM"), ("REF X ", "Y")]
-        {
+        for (line, name) in [
+            ("WPREG1", "ACT"),
+            ("ACCEL ", "X"),
+            ("DRILLDEF ", "V"),
+            ("SPINDLE ", "RPM"),
+            ("REF X ", "Y"),
+        ] {
             let offers = complete(line, line.len(), CONTEXT);
             let offer = offers.iter().find(|offer| offer.label == name).expect("a word");
             let line = format!("{line}{}", inserted(&offer.snippet));

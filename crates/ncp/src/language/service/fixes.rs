@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::language::{Instruction, Problem, lines, parse};
+use crate::language::{Instruction, Problem, g_code, lines, parse};
 
 /// A change that mends a problem.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +25,10 @@ pub struct Fix {
 #[must_use]
 pub fn fixes(text: &str, within: Range<usize>) -> Vec<Fix> {
     let mut fixes = Vec::new();
+    // G-code becomes no job line by line.
+    if g_code(text).is_some() {
+        return fixes;
+    }
     let reached = lines(text).take_while(|line| line.offset <= within.end);
     for line in reached.filter(|line| line.offset + line.text.len() >= within.start) {
         let read = parse(line.text, &mut |span, problem| {
@@ -102,6 +106,11 @@ mod tests {
         assert_eq!(mended("IMF_PBL\n(Steps: 64)\n"), ["IMF_PBL\n; (Steps: 64)\n"]);
         assert_eq!(mended("IMF_PBL\nWerkzeug 3\n"), ["IMF_PBL\n; Werkzeug 3\n"]);
         assert_eq!(mended("IMF_PBL\nHALT turn it\n"), ["IMF_PBL\nHALT ; turn it\n"]);
+    }
+
+    #[test]
+    fn g_code_is_not_mended() {
+        assert_eq!(mended("G21\nG0 X5 Y5\nG1 Z-1 F100\n"), <[String; 0]>::default());
     }
 
     #[test]

@@ -61,10 +61,8 @@ fn words(here: Here<'_>, site: (Units, Context), hints: &mut Vec<Hint>) {
         hints.extend(text.map(|text| Hint { at: here.offset + end as usize, text }));
     };
     if let (Form::Velocity | Form::RapidVelocity, [only]) = (info.form, info.parameters) {
-        let end = anatomy.end as usize;
-        let behind = here.line.get(anatomy.name.end as usize..end).unwrap_or_default();
-        let end = anatomy.name.end as usize + behind.trim_end().len();
-        return hint(Some(behind.trim()), end as u32, only);
+        let behind = anatomy.behind_name(here.line);
+        return hint(Some(behind.value), behind.span.end, only);
     }
     for (nth, word) in (0..).zip(&anatomy.words) {
         let mut known = info.words_at(nth).iter();

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Context, Here, LooseWord};
 use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
-use crate::language::{Instruction, Units, Value, lines, parse, token};
+use crate::language::{Instruction, Placed, PortBit, Units, Value, lines, parse, token};
 
 /// The explanation of a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,8 +26,18 @@ pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
         let range = here.in_text(anatomy.name);
         return Some(Hover { range, markdown: command(anatomy.info, units, context) });
     }
+    let behind = anatomy.behind_name(here.line);
+    if behind.span.range().contains(&place)
+        && let Some(markdown) = whole(anatomy.info, behind, here.line, (units, context))
+    {
+        return Some(Hover { range: here.in_text(behind.span), markdown });
+    }
     let mut words = (0..).zip(&anatomy.words);
     let (nth, word) = words.find(|(_, word)| word.span.range().contains(&place))?;
+    if anatomy.info.form == Form::Reference {
+        let markdown = group(anatomy.info, word.letters.value, context)?;
+        return Some(Hover { range: here.in_text(word.span), markdown });
+    }
     let mut parameters = anatomy.info.words_at(nth).iter();
     let parameter =
         parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(word.letters.value))?;
@@ -116,6 +126,47 @@ fn is_drilled_in_mm(info: &CommandInfo, parameter: &Parameter, context: Context)
     context.drill_in_mm && info.form == Form::DrillDefinition && lengths.contains(&parameter.name)
 }
 
+/// The meaning of all that stands behind a name, where it is no list of words: a value, or a port.
+fn whole(
+    info: &CommandInfo,
+    behind: Placed<&str>,
+    line: &str,
+    site: (Units, Context),
+) -> Option<String> {
+    if let [only] = info.parameters
+        && only.name.is_empty()
+    {
+        let (number, letters) = (Some(behind.value), Placed { value: "", span: behind.span });
+        let word = LooseWord { letters, number, upto: None, span: behind.span };
+        return Some(explain(info, only, &word, site));
+    }
+    Some(match parse(line, &mut |_, _| {}).command?.value {
+        Instruction::SetPort(port, value) => {
+            format!("Output port {port} gets the value {value}, in binary {value:08b}")
+        }
+        Instruction::SetBit(PortBit { port, bit }, level) => {
+            format!("Bit {bit} of output port {port} becomes {}", u8::from(level))
+        }
+        Instruction::WaitBit(PortBit { port, bit }, level) => {
+            format!("Until bit {bit} of input port {port} is {}", u8::from(level))
+        }
+        Instruction::WaitPort(port, value) => {
+            format!("Until input port {port} has the value {value}, in binary {value:08b}")
+        }
+        _ => return None,
+    })
+}
+
+/// The axes of a group of a reference run; nothing if there is none of the machine.
+fn group(info: &CommandInfo, letters: &str, context: Context) -> Option<String> {
+    let letters = letters.to_ascii_uppercase();
+    let named = info.parameters.iter().filter(|axis| letters.contains(axis.name));
+    let named = named.filter(|axis| context.has(info, axis));
+    let axes: Vec<String> =
+        named.map(|axis| format!("`{}`: {}", axis.name, axis.meaning)).collect();
+    (!axes.is_empty()).then(|| axes.join("\n\n"))
+}
+
 /// The meaning of a word, what its number is in larger units, and what it may be.
 fn explain(
     info: &CommandInfo,
@@ -125,9 +176,11 @@ fn explain(
 ) -> String {
     let mut text = meaning(info, parameter, units, context);
     let Some(allowed) = parameter.value else { return text };
-    let value = word.number.and_then(token::number).map(|number| number.value);
-    if let Some(larger) = value.and_then(|value| larger(value, info, parameter, (units, context))) {
-        let _ = write!(text, "\n\n{larger}");
+    let values = word.number.into_iter().chain(word.upto).filter_map(token::number);
+    let larger = |number: token::Exact| larger(number.value, info, parameter, (units, context));
+    let larger: Vec<String> = values.filter_map(larger).collect();
+    if !larger.is_empty() {
+        let _ = write!(text, "\n\n{}", larger.join(" to "));
     }
     if allowed.whole {
         let _ = write!(text, "\n\nFrom {} to {}", allowed.least, allowed.most);
@@ -212,6 +265,32 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_list_of_words_is_explained() {
+        let at = |text| shown(text).expect("an explanation");
+        let vel = at("N5 VEL 50|00 ; fast");
+        assert_eq!(vel.0, "5000");
+        assert!(vel.1.starts_with("the speed along the way, in ") && vel.1.ends_with("\n\n5 mm/s"));
+        assert_eq!(at("WAIT |2000"), ("2000".to_owned(), "how long, in ms\n\n2 s".to_owned()));
+        assert!(at("GETTOOL |3").1.starts_with("number of the tool"));
+        assert_eq!(
+            at("LIMIT Y0,5 X0,25|0000"),
+            (
+                "X0,250000".to_owned(),
+                "`X`: lowest and highest machine coordinate of X, in µm\n\n0 mm to 250 mm"
+                    .to_owned()
+            )
+        );
+        let set = "Output port 1 gets the value 37, in binary 00100101";
+        assert_eq!(at("SETPORT A1|=100101B"), ("A1=100101B".to_owned(), set.to_owned()));
+        assert_eq!(at("resbit |A1.4").1, "Bit 4 of output port 1 becomes 0");
+        assert_eq!(at("WAITBIT E2.4==|1").1, "Until bit 4 of input port 2 is 1");
+        assert!(at("WAITPORT E1==|5").1.starts_with("Until input port 1 has the value 5"));
+        let group = "`X`: the X axis\n\n`Z`: the Z axis";
+        assert_eq!(at("REF Y x|Z"), ("xZ".to_owned(), group.to_owned()));
+        assert!(at("WPREG1 A|CT").1.starts_with("`ACT`: "));
+    }
+
+    #[test]
     fn behind_inch_lengths_are_inches() {
         let at = |text| shown(text).expect("a word").1;
         let inches = "thousandths of an inch";
@@ -258,9 +337,15 @@ mod tests {
 
     #[test]
     fn elsewhere_there_is_nothing() {
-        for text in
-            ["|", "MOVEABS| X5", "MOVEABS X5 ; |X5", "MOVEABS Q|5", "MOV|ABS X5", "VEL 5|0", "(|x)"]
-        {
+        for text in [
+            "|",
+            "MOVEABS| X5",
+            "MOVEABS X5 ; |X5",
+            "MOVEABS Q|5",
+            "MOV|ABS X5",
+            "SETPORT |X1=5",
+            "(|x)",
+        ] {
             assert_eq!(shown(text), None, "{text}");
         }
         assert_eq!(hover("HALT", 500, CONTEXT), None);
