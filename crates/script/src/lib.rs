@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use vimc4_catalogue::{Family, Handling};
+use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
 mod sort;
@@ -128,18 +128,6 @@ impl Script {
                 Err("a stream of commands has some such as PA1000,2000;")
             }
             Some(script) => Ok(script),
-            None if is_plot(bytes) => {
-                let plotters = Family::ALL.into_iter().flat_map(Family::models);
-                let reads = |name: &&str| {
-                    vimc4_catalogue::model(name).is_ok_and(|model| Handling::of(&model).takes_stream)
-                };
-                let plotters: Vec<&str> = plotters.filter(reads).collect();
-                return Err(format!(
-                    "{name} is a plot, which the model {} does not read; choose one of {}",
-                    handling.model().name(),
-                    plotters.join(", ")
-                ));
-            }
             None => Script::parse(bytes).ok_or(
                 "a command list begins with a line such as @07, a data field with one such as 71, a \
                  job with IMF_PBL",
@@ -223,20 +211,6 @@ fn axes_of(value: &str) -> Option<u8> {
     let digits = value.bytes().take_while(u8::is_ascii_digit).count();
     let axes = value.get(..digits)?.parse().ok()?;
     matches!(axes, 1 | 3 | 7 | 8 | 9 | 11 | 15).then_some(axes)
-}
-
-/// Whether a text begins as a plot does: with an escape sequence, or with a command of HPGL and what ends
-/// it. No line of a command list or of a data field does.
-fn is_plot(bytes: &[u8]) -> bool {
-    let text = bytes.trim_ascii_start();
-    let Some(end) = text.iter().position(|byte| *byte == b';') else { return false };
-    let command = text.get(..end).unwrap_or_default();
-    let (name, numbers) = command.split_at(command.len().min(2));
-    let is_number = |byte: &u8| byte.is_ascii_digit() || b" ,.+-".contains(byte);
-    command.starts_with(b"\x1B.")
-        || name.len() == 2
-            && name.iter().all(u8::is_ascii_uppercase)
-            && numbers.iter().all(is_number)
 }
 
 /// How many bytes at the beginning of a file show what it is.
@@ -424,22 +398,6 @@ mod tests {
         ] {
             assert!(is_binary(binary), "{}", escape(binary));
         }
-    }
-
-    #[test]
-    fn a_plot_is_told_from_lines() {
-        for plot in [&b"IN;!CT1;\n"[..], b"\nPU0,-5;PD;", b"\x1B.(;IN;", b"SP 1;"] {
-            assert!(is_plot(plot), "{}", escape(plot));
-        }
-        for other in [&b""[..], b"; IN;", b"71 ; x", b"@07\n; IN;", b"IN", b"m0;", b"HALT;"] {
-            assert!(!is_plot(other), "{}", escape(other));
-        }
-        let isel = Handling::of(&vimc4_catalogue::model("imc4").unwrap());
-        let refused = Script::of("board.plt", b"IN;PA1,2;", &isel).unwrap_err();
-        assert_eq!(
-            refused,
-            "board.plt is a plot, which the model imc4 does not read; choose one of smcu, motionsystem"
-        );
     }
 
     #[test]

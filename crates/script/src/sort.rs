@@ -25,7 +25,7 @@ pub fn is_job(bytes: &[u8]) -> bool {
 }
 
 /// Whether a file begins as plot files do: with two capital letters that are a command of HPGL,
-/// or with `!` and two.
+/// with `!` and two, or with an escape sequence for the plotter.
 #[must_use]
 pub fn is_plot(bytes: &[u8]) -> bool {
     const BEGINNINGS: [&[u8]; 19] = [
@@ -33,6 +33,9 @@ pub fn is_plot(bytes: &[u8]) -> bool {
         b"AR", b"CI", b"LT", b"DF", b"EA", b"ER",
     ];
     let rest = bytes.trim_ascii_start();
+    if rest.starts_with(b"\x1B.") {
+        return true;
+    }
     if let [b'!', one, other, ..] = rest {
         return one.is_ascii_uppercase() && other.is_ascii_uppercase();
     }
@@ -70,7 +73,9 @@ mod tests {
 
     #[test]
     fn plot_files_are_told_from_the_others() {
-        for plot in ["IN;PA1,2;", "\r\n!CT1;", "PU10,20;", "INPA5,5", "SP1;", "IN", "PA 5 6"] {
+        for plot in
+            ["IN;PA1,2;", "\r\n!CT1;", "PU10,20;", "INPA5,5", "SP1;", "IN", "PA 5 6", "\x1B.(;IN;"]
+        {
             assert!(is_plot(plot.as_bytes()), "{plot}");
         }
         for other in ["IMF_PBL", "INITTOOL", "PATH", "PLANE XY", "@07", "71", "; IN;", "", "REF X"]
