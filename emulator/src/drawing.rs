@@ -84,7 +84,7 @@ enum ViewName {
     Front,
     /// The path from the right: Y and Z
     Side,
-    /// The path from above, front and left at once
+    /// The path from above, front and right at once
     Iso,
     /// Position, speed and acceleration of each axis over time
     Time,

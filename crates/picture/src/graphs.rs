@@ -96,18 +96,15 @@ fn graph(
     }
     scene.text((area.right() + 12.0, area.bottom() + 15.0), "s", 11.0, INK, Anchor::Start);
     scene.line("frame", pen(GREY, 1.0), area.outline());
-    let mut units: Vec<&str> = moving.iter().map(|axis| frame.unit(*axis)).collect();
-    units.dedup();
     let (name, per) = match quantity {
         Quantity::Position => ("position", ""),
         Quantity::Speed => ("speed", "/s"),
         Quantity::Acceleration => ("acceleration", "/s²"),
     };
-    let title = match units.join(", ") {
-        // Nothing has moved.
-        unit if unit.is_empty() => name.to_owned(),
-        unit => format!("{name}, {unit}{per}"),
-    };
+    let mut title = vec![name.to_owned()];
+    title.extend(moving.iter().map(|axis| format!("{}{per}", frame.unit(*axis))));
+    title.dedup();
+    let title = title.join(", ");
     scene.text((area.left, area.top - 6.0), title, 12.0, INK, Anchor::Start);
     for (axis, curve) in curves {
         let line: Vec<Spot> = curve.into_iter().map(spot).collect();

@@ -188,7 +188,9 @@ impl Plot {
                 self.mark(kind, at, self.place(at), text);
             }
             Event::Answer { bytes, why: Some(why), .. } => {
-                let answer: String = bytes.escape_ascii().to_string().chars().take(12).collect();
+                // How a line ends says nothing.
+                let answer = bytes.trim_ascii_end().escape_ascii().to_string();
+                let answer: String = answer.chars().take(12).collect();
                 self.explain(at, format!("{answer}: {why}"));
             }
             Event::CutShort { why, .. } => self.explain(at, why.to_string()),

@@ -9,7 +9,7 @@ pub enum View {
     Front,
     /// From the right: Y to the right, Z up.
     Side,
-    /// From above, between front and left: X to the lower right, Y to the upper right, Z up.
+    /// From above, between front and right: X to the lower right, Y to the upper right, Z up.
     Isometric,
     /// Position, speed and acceleration of each axis over time.
     Time,

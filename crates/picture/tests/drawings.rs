@@ -287,8 +287,31 @@ fn the_ramps_of_a_long_motion_are_seen() {
     assert_eq!((labels("-500"), labels("500")), (1, 3 + 1), "three times are 500 s, too");
     let curve = svg.lines().rfind(|line| line.contains("class=\"curve\"")).unwrap();
     assert!(curve.contains("M80 557l0-67") && curve.ends_with("0 36.5 .1 0 0-67\"/>"), "{curve}");
+    assert!(svg.contains(">speed, mm/s<") && svg.contains(">acceleration, mm/s²<"), "{svg}");
     let nothing = Picture::of(&Plot::new(), &frame(), &[View::Time], Colouring::Kind).svg();
     assert!(nothing.contains(">speed<") && nothing.contains(">position<"), "{nothing}");
+}
+
+#[test]
+fn each_axis_has_its_unit_by_the_second() {
+    let mut run = Run::new();
+    run.go([800, 400, 400], None);
+    let mut frame = frame();
+    frame.axes[2].unit = "°".to_owned();
+    let svg = Picture::of(&run.plot, &frame, &[View::Time], Colouring::Kind).svg();
+    for title in ["position, mm, °", "speed, mm/s, °/s", "acceleration, mm/s², °/s²"] {
+        assert!(svg.contains(&format!(">{title}<")), "{title}: {svg}");
+    }
+}
+
+#[test]
+fn the_end_of_an_answer_is_not_shown() {
+    let mut run = Run::new();
+    run.go([800, 0, 0], None);
+    let (mnemonic, bytes, why) = (Cow::Borrowed("PA"), b"E113\r"[..].into(), "why".into());
+    run.plot.see(run.now, &Event::Answer { mnemonic, bytes, why: Some(why) });
+    let texts: Vec<String> = run.plot.marks().into_iter().map(|mark| mark.text).collect();
+    assert!(texts.contains(&"E113: why".to_owned()), "{texts:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::scene::{Id, Scene, Signal, Value};
 use crate::sheet::{Ink, Paper, Sheet, put_decimal, put_signed};
 
 /// A table `seconds,signal,value`. Step pulses and the bits on the line are not in it; the positions
-/// and the commands and answers are. That a text is no longer there is no row.
+/// and the commands and answers are. A text that is no longer there is an empty value.
 pub struct Csv<P> {
     ink: Ink<P>,
     /// What stands between time and value; nothing for a signal that is left out.
@@ -33,9 +33,6 @@ impl<P: Paper> Sheet for Csv<P> {
 
     fn set(&mut self, at: Time, signal: Id, value: Value<'_>) {
         let Some(name) = self.names.get(signal).filter(|name| !name.is_empty()) else { return };
-        if value == Value::Text("") {
-            return;
-        }
         let text = &mut self.ink.text;
         put_seconds(text, at);
         text.extend_from_slice(name);

@@ -332,6 +332,13 @@ fn a_table_says_what_happened() {
     for row in ["0.000000000,command,@07", "0.000000000,x.enable,1"] {
         assert!(rows.contains(&row), "{row} in {table}");
     }
+    // A signal has a first row whatever its value is, and a command that is answered is none any more.
+    for signal in ["command", "answer", "note"] {
+        let first = rows.iter().find(|row| row.contains(&format!(",{signal},")));
+        assert_eq!(first, Some(&&*format!("0.000000000,{signal},")));
+    }
+    let last = rows.iter().rfind(|row| row.contains(",command,")).unwrap();
+    assert!(last.ends_with(",command,") && !last.starts_with("0.0000"), "{last}");
     let places: Vec<&str> = rows
         .iter()
         .filter(|row| row.contains(",x.position,"))
@@ -402,14 +409,25 @@ fn what_is_lived_after_going_back_is_drawn_after_what_was_lived_before() {
         let own = rows.iter().filter(|(_, own, _)| *own == signal);
         own.map(|(at, _, value)| (*at, *value)).collect::<Vec<_>>()
     };
-    let notes =
-        [("2.100000000", "put back by a test to 100ms"), ("3.100000000", "put back to 600ms")];
+    let notes = [
+        ("0.000000000", ""),
+        ("2.100000000", "put back by a test to 100ms"),
+        ("3.100000000", "put back to 600ms"),
+    ];
     assert_eq!(of("note"), notes);
     let commands: Vec<_> =
         of("command").into_iter().map(|(at, text)| (at, text.trim_matches('"'))).collect();
     assert_eq!(
         commands,
-        [("0.000000000", "@01"), ("0.100000000", "@0A900,900"), ("2.100000000", "@0A-300,900")]
+        [
+            ("0.000000000", ""),
+            ("0.000000000", "@01"),
+            ("0.000000000", ""),
+            ("0.100000000", "@0A900,900"),
+            ("1.104000000", ""),
+            ("2.100000000", "@0A-300,900"),
+            ("2.437333334", ""),
+        ]
     );
     let positions: Vec<(&str, i64)> =
         of("x.position").into_iter().map(|(at, value)| (at, value.parse().unwrap())).collect();
