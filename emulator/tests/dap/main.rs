@@ -1192,7 +1192,7 @@ fn a_refusal_names_the_controller_of_the_list() {
         { "name": "board", "program": plot },
     ]));
     assert!(named.starts_with("controller board: ") && named.contains("is a plot"), "{named}");
-    assert!(named.contains("the model imc4") && named.contains("smcu"), "{named}");
+    assert!(named.contains("the imc4") && named.contains("smcu"), "{named}");
     let unnamed = refused(json!([{ "program": plot }]));
     assert!(unnamed.starts_with("controller 1 of the list: "), "{unnamed}");
     // What stands beside the list is for those that have none of their own, and a recording has.
