@@ -9,7 +9,7 @@ use crate::frame::{added, distance, scaled};
 pub enum Purpose {
     /// A reference run.
     Reference,
-    /// On the way: with the head up, or at the rapid speed of a job.
+    /// On the way: with the head up, at the rapid speed of a job, or by its own momentum.
     Rapid,
     /// Anything else.
     #[default]
@@ -135,16 +135,17 @@ impl Leg {
         }
     }
 
-    /// The step frequency at a time, Hz.
+    /// The step frequency at a time, Hz; 0 of what takes no time.
     pub(crate) fn frequency(&self, at: Time) -> f64 {
         match &self.course {
             Course::Made(segment) => {
                 let nanos = at.nanos_since(self.began).saturating_add(self.over.nanos);
                 segment.profile.speed_at(nanos) as f64 / 1e6
             }
-            Course::Together(_) => {
-                self.made as f64 * 1e9 / self.ends.nanos_since(self.began).max(1) as f64
-            }
+            Course::Together(_) => match self.ends.nanos_since(self.began) {
+                0 => 0.0,
+                nanos => self.made as f64 * 1e9 / nanos as f64,
+            },
         }
     }
 

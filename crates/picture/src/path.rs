@@ -515,8 +515,12 @@ fn paces(leg: &Leg, frame: &Frame, tolerance: f64, mut put: impl FnMut(&Point, &
                 true => added(&leg.from, &vertex.offset),
                 false => added(&leg.from, &leg.offset(last)),
             };
-            let nanos = leg.time_of(last).nanos_since(leg.time_of(step)).max(1);
-            put(&from, &to, span(&from, &to) * 1e9 / nanos as f64, vertex.way);
+            // What takes no time has no speed that would be known.
+            let pace = match leg.time_of(last).nanos_since(leg.time_of(step)) {
+                0 => 0.0,
+                nanos => span(&from, &to) * 1e9 / nanos as f64,
+            };
+            put(&from, &to, pace, vertex.way);
             (step, from) = (last, to);
         }
     }

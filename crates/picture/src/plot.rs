@@ -1,6 +1,6 @@
 //! What is kept of a run: its motions, and what happened on the way.
 
-use vimc4_device::{Course, Event, Kinds, Motion, StopCause, Warning};
+use vimc4_device::{Course, Event, Kinds, Loss, Motion, StopCause, Warning};
 use vimc4_motion::{AXES, Point, Segment, Time};
 
 use crate::frame::added;
@@ -98,6 +98,8 @@ struct Running {
     origin: Point,
     segment: Box<Segment>,
     over: Over,
+    /// How far the carriages run on when it ends.
+    overrun: Point,
 }
 
 /// Another state that a controller was put into.
@@ -169,8 +171,8 @@ impl Plot {
                     self.mark(MarkKind::Start, at, from, String::new());
                 }
                 let (origin, segment) = (*origin, segment.clone());
-                let over = Over::default();
-                self.running = Some(Running { began: at, from, origin, segment, over });
+                let (over, overrun) = (Over::default(), [0; AXES]);
+                self.running = Some(Running { began: at, from, origin, segment, over, overrun });
             }
             Event::Motion(Motion::Changes { segment }) => {
                 if let Some(running) = &mut self.running {
@@ -214,7 +216,8 @@ impl Plot {
         let nanos = now.nanos_since(began);
         let over = Over { steps: segment.profile.steps_at(nanos), nanos };
         let (from, segment) = (added(&counters, &shift), over.rest(segment));
-        self.running = Some(Running { began: at, from, origin: counters, segment, over });
+        let (origin, overrun) = (counters, [0; AXES]);
+        self.running = Some(Running { began: at, from, origin, segment, over, overrun });
     }
 
     /// When something is drawn that happens at a time of the controller.
@@ -313,7 +316,8 @@ impl Plot {
     }
 
     fn end(&mut self, at: Time, steps: Option<u64>) {
-        let Some(Running { began, from, origin, segment, over }) = self.running.take() else {
+        let Some(Running { began, from, origin, segment, over, overrun }) = self.running.take()
+        else {
             return;
         };
         let seen = steps.map(|steps| steps.saturating_sub(over.steps));
@@ -340,6 +344,13 @@ impl Plot {
             let course = leg::Course::Made(segment);
             let purpose = self.purpose;
             self.legs.push(Leg { began, ends: at, from, course, made, over, purpose });
+            // The controller does not know of this way, which takes none of its time.
+            let made = overrun.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
+            if made > 0 {
+                let (from, course) = (added(&from, &moved), leg::Course::Together(overrun));
+                let (over, purpose) = (Over::default(), Purpose::Rapid);
+                self.legs.push(Leg { began: at, ends: at, from, course, made, over, purpose });
+            }
             if self.legs.len() >= self.most_legs {
                 self.thin();
             }
@@ -386,9 +397,14 @@ impl Plot {
 
     fn warned(&mut self, at: Time, warning: &Warning) {
         match warning {
-            Warning::StepsLost { axis, steps, .. } => {
+            Warning::StepsLost { axis, steps, how, .. } => {
                 let place = self.place(at);
                 self.mark(MarkKind::Error, at, place, warning.to_string());
+                if let (Loss::Overran, Some(running)) = (how, &mut self.running)
+                    && let Some(overrun) = running.overrun.get_mut(usize::from(*axis))
+                {
+                    *overrun += steps;
+                }
                 if let Some(shift) = self.shift.get_mut(usize::from(*axis)) {
                     *shift += steps;
                 }

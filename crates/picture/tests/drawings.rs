@@ -4,9 +4,9 @@
 
 use std::borrow::Cow;
 
-use vimc4_device::{Event, Motion};
+use vimc4_device::{Event, Loss, Motion, Warning};
 use vimc4_motion::{AXES, Path, Point, Profile, Ramp, Segment, StraightLine, Time};
-use vimc4_picture::{Axis, Back, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View};
+use vimc4_picture::{Axis, Back, Colouring, Frame, MarkKind, Picture, Plot, Purpose, View, gcode};
 
 mod reader;
 
@@ -302,6 +302,31 @@ fn each_axis_has_its_unit_by_the_second() {
     for title in ["position, mm, °", "speed, mm/s, °/s", "acceleration, mm/s², °/s²"] {
         assert!(svg.contains(&format!(">{title}<")), "{title}: {svg}");
     }
+}
+
+#[test]
+fn a_carriage_that_runs_on_is_drawn_to_where_it_comes_to_rest() {
+    let mut run = Run::new();
+    let path = Path::Line(StraightLine::new([800, 0, 0, 0, 0, 0]));
+    let segment = Box::new(Segment { profile: Profile::constant(800, 1_000), path });
+    let end = Time::from_millis(500);
+    let (axis, name, steps, um, how) = (0, "X".into(), 79, None, Loss::Overran);
+    let lost = Warning::StepsLost { axis, name, steps, um, how };
+    run.plot.see(run.now, &Event::Motion(Motion::Begins { origin: run.counters, segment }));
+    run.plot.see(end, &Event::Warning(lost));
+    run.plot.see(end, &Event::Motion(Motion::Ends { steps: 500 }));
+    (run.now, run.counters) = (end, [500, 0, 0, 0, 0, 0]);
+    assert_eq!(run.plot.motions(), 1);
+    let last = |plot: &Plot| plot.marks().last().map(|mark| (mark.kind, mark.place[0]));
+    assert_eq!(last(&run.plot), Some((MarkKind::End, 579)));
+    let code = gcode(&run.plot, &frame());
+    let moves: Vec<&str> = code.lines().filter(|line| line.contains(" X5")).collect();
+    assert_eq!(moves, ["G1 X5 F600", "G0 X5.79"], "{code}");
+    let svg = Picture::of(&run.plot, &frame(), &[View::Top, View::Time], Colouring::Speed).svg();
+    assert!(svg.contains(">10.0 mm/s<"), "it has no speed: {svg}");
+    // The next motion begins there.
+    run.go([100, 0, 0], None);
+    assert_eq!(last(&run.plot), Some((MarkKind::End, 679)));
 }
 
 #[test]
