@@ -304,6 +304,14 @@ fn a_command_that_has_not_begun_is_not_looked_at() -> Outcome {
         huge["detail"],
         "`command` is 18446744073709551615, and is to be at most 9223372036854775807"
     );
+    for named in ["command", "entry"] {
+        let (status, refused) = ask("POST", "/history/go", json!({ "branch": 0, named: 1 }));
+        assert_eq!(status, 400, "{refused}");
+        assert_eq!(
+            refused["detail"],
+            "commands and entries are looked for on the branch that is looked at"
+        );
+    }
     Ok(())
 }
 

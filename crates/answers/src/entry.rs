@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value, json};
 use vimc4_control::{News, Report, Talk, Teller, Verbosity, What};
 use vimc4_device::{AXES, Event, Motion, Names, Path, Point, Segment, Time, escape};
@@ -75,92 +75,132 @@ pub fn unknown_kind(name: &str) -> Problem {
 impl Item {
     /// It as JSON: made once, however many want it.
     pub fn json(&self, names: &Names) -> &str {
-        self.json.get_or_init(|| Value::Object(fields(self, names)).to_string().into())
+        // What happens can always be written.
+        let made = || serde_json::to_string(&Told { item: self, names }).unwrap_or_default().into();
+        self.json.get_or_init(made)
     }
 }
 
 /// The words for it, as `serve -v` has them; `None` for what the log leaves out.
 pub fn text(item: &Item) -> Option<String> {
     let (mut talk, mut lines) = (Talk::new(Verbosity::Conversation), Lines::default());
-    let means = |item: &Item| {
-        let means = item.means.to_string();
-        move |_: &[u8]| means.clone()
-    };
     // An answer is shown with its command.
     if let Some(command) = &item.command {
-        talk.tell(&command.report, &means(command), &mut lines);
-        lines.0.clear();
+        talk.heard(&command.report);
     }
-    talk.tell(&item.report, &means(item), &mut lines);
-    (!lines.0.is_empty()).then(|| lines.0.join("\n").trim().to_owned())
+    talk.tell(&item.report, &|_| item.means.to_string(), &mut lines);
+    lines.0.map(|text| text.trim().to_owned())
 }
 
-/// What is said of one thing.
+/// What is said of one thing, if anything is.
 #[derive(Default)]
-struct Lines(Vec<String>);
+struct Lines(Option<String>);
 
 impl Teller for Lines {
     fn line(&mut self, _: Time, text: fmt::Arguments<'_>) {
-        self.0.push(text.to_string());
+        self.0 = Some(match self.0.take() {
+            Some(before) => format!("{before}\n{text}"),
+            None => text.to_string(),
+        });
     }
 }
 
-fn fields(item: &Item, names: &Names) -> Map<String, Value> {
-    let mut fields = Map::new();
-    let mut put = |key: &str, value: Value| _ = fields.insert(key.to_owned(), value);
-    put("number", item.number.into());
-    put("at", item.report.at.as_nanos().into());
-    put("kind", kind(&item.report).into());
-    if let Some(text) = text(item) {
-        put("text", text.into());
+/// An entry, which is written as it is read: there may be very many.
+struct Told<'a> {
+    item: &'a Item,
+    names: &'a Names,
+}
+
+impl Serialize for Told<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let report = &self.item.report;
+        let mut fields = serializer.serialize_map(None)?;
+        fields.serialize_entry("number", &self.item.number)?;
+        fields.serialize_entry("at", &report.at.as_nanos())?;
+        fields.serialize_entry("kind", kind(report))?;
+        if let Some(text) = text(self.item) {
+            fields.serialize_entry("text", &text)?;
+        }
+        match &report.what {
+            What::Event { command, event } => {
+                if let Some(command) = command {
+                    fields.serialize_entry("command", &command.0)?;
+                }
+                self.event(event, &mut fields)?;
+            }
+            What::News(news) => about(news, &mut fields)?,
+            What::Missed { reports } => fields.serialize_entry("reports", reports)?,
+            _ => {}
+        }
+        fields.end()
     }
-    match &item.report.what {
-        What::Event { command, event } => {
-            if let Some(command) = command {
-                put("command", command.0.get().into());
+}
+
+impl Told<'_> {
+    fn event<M: SerializeMap>(&self, event: &Event, fields: &mut M) -> Result<(), M::Error> {
+        match event {
+            Event::Command { mnemonic, bytes } => {
+                fields.serialize_entry("mnemonic", mnemonic)?;
+                fields.serialize_entry("bytes", &escape(bytes))
             }
-            if let Event::Motion(motion) = event {
-                for (key, value) in course(item, motion) {
-                    put(&key, value);
+            Event::Answer { mnemonic, bytes, why } => {
+                fields.serialize_entry("mnemonic", mnemonic)?;
+                fields.serialize_entry("bytes", &escape(bytes))?;
+                match why {
+                    Some(why) => fields.serialize_entry("why", why),
+                    None => Ok(()),
                 }
-                return fields;
             }
-            for (key, value) in object(event) {
-                match (key.as_str(), event) {
-                    ("event", _) => {}
-                    // The entry has a number of its own.
-                    ("number", Event::Fault { .. }) => put("fault", value),
-                    (
-                        "bytes",
-                        Event::Command { bytes, .. }
-                        | Event::Answer { bytes, .. }
-                        | Event::Ignored { bytes, .. },
-                    ) => put("bytes", escape(bytes).into()),
-                    ("signal", Event::Signal { signal, .. }) => {
-                        let known = names.signals().iter().find(|known| known.id == *signal);
-                        put("signal", known.map_or(value, |known| known.name.clone().into()));
-                    }
-                    _ => put(&key, value),
+            Event::Ignored { bytes, why } => {
+                fields.serialize_entry("bytes", &escape(bytes))?;
+                fields.serialize_entry("why", why)
+            }
+            Event::Signal { signal, value } => {
+                let known = self.names.signals().iter().find(|known| known.id == *signal);
+                match known {
+                    Some(known) => fields.serialize_entry("signal", &known.name)?,
+                    None => fields.serialize_entry("signal", signal)?,
                 }
+                fields.serialize_entry("value", value)
+            }
+            // The entry has a number of its own.
+            Event::Fault { number, news } => {
+                fields.serialize_entry("fault", number)?;
+                fields.serialize_entry("news", news)
+            }
+            Event::Motion(motion) => entries(course(self.item, motion), fields),
+            event => {
+                let mut told = object(event);
+                told.remove("event");
+                entries(told, fields)
             }
         }
-        What::News(news) => {
-            for (name, value) in object(news) {
-                put("news", name.into());
-                put("about", value);
-            }
-            // Without more to tell it is a word.
-            if let Ok(Value::String(name)) = serde_json::to_value(news) {
-                put("news", name.into());
-            }
-            if let News::Deed { by, deed } | News::NoEffect { by, deed, .. } = news {
-                put("about", json!({ "by": by.to_string(), "deed": deed.to_string() }));
-            }
-        }
-        What::Missed { reports } => put("reports", (*reports).into()),
-        _ => {}
     }
-    fields
+}
+
+fn entries<M: SerializeMap>(told: Map<String, Value>, fields: &mut M) -> Result<(), M::Error> {
+    told.iter().try_for_each(|(key, value)| fields.serialize_entry(key, value))
+}
+
+/// The name of a piece of news, and what there is to tell beside it.
+fn about<M: SerializeMap>(news: &News, fields: &mut M) -> Result<(), M::Error> {
+    let (name, about) = match serde_json::to_value(news) {
+        // Without more to tell it is a word.
+        Ok(Value::String(name)) => (name, None),
+        Ok(Value::Object(told)) => match told.into_iter().next() {
+            Some((name, about)) => (name, Some(about)),
+            None => return Ok(()),
+        },
+        _ => return Ok(()),
+    };
+    fields.serialize_entry("news", &name)?;
+    match news {
+        News::Deed { by, deed } | News::NoEffect { by, deed, .. } => {
+            let about = json!({ "by": by.to_string(), "deed": deed.to_string() });
+            fields.serialize_entry("about", &about)
+        }
+        _ => about.map_or(Ok(()), |about| fields.serialize_entry("about", &about)),
+    }
 }
 
 /// Its fields, if it has any. What happens can always be written.
@@ -263,6 +303,89 @@ fn corners(path: &Path, before: u64, steps: u64, marks: &mut Vec<u64>) {
                 before + u64::try_from(end).unwrap_or(length)
             });
             marks.extend(ends.take_while(|end| *end <= steps));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroU64;
+    use std::sync::Arc;
+
+    use vimc4_control::{Sink, Source};
+    use vimc4_device::{
+        CommandNumber, Deed, FaultNews, FaultNumber, SignalId, Situation, StopCause, Warning,
+    };
+
+    use super::*;
+    use crate::feed::Feed;
+
+    /// The entries of what happens one after the other, as JSON.
+    fn told(happens: Vec<What>) -> Vec<String> {
+        let (feed, names) = (Feed::new(Arc::new(|| ())), Names::default());
+        let mut ear = feed.sink();
+        for (place, what) in happens.into_iter().enumerate() {
+            let at = Time::from_nanos(place as u64 * 1_000_000);
+            ear.report(&Report { controller: "mill".into(), at, what }, &|_| "in words".to_owned());
+        }
+        let items = feed.after(0, usize::MAX).items;
+        items.iter().map(|item| item.json(&names).to_owned()).collect()
+    }
+
+    fn event(event: Event) -> What {
+        What::Event { command: NonZeroU64::new(7).map(CommandNumber), event }
+    }
+
+    #[test]
+    fn an_answer_is_told_with_its_command() {
+        let bytes = |text: &'static str| text.as_bytes().into();
+        let asked = event(Event::Command { mnemonic: "@P".into(), bytes: bytes("@0P") });
+        let why = Some("no reference".into());
+        let answered = event(Event::Answer { mnemonic: "@P".into(), bytes: bytes("R\\r"), why });
+        assert_eq!(
+            told(vec![asked, answered]),
+            [
+                r#"{"number":1,"at":0,"kind":"command","text":"@0P  in words","command":7,"mnemonic":"@P","bytes":"@0P"}"#,
+                r#"{"number":2,"at":1000000,"kind":"answer","text":"R\\\\r  after 1 ms: no reference","command":7,"mnemonic":"@P","bytes":"R\\\\r","why":"no reference"}"#,
+            ]
+        );
+    }
+
+    #[test]
+    fn no_field_of_an_entry_is_told_twice() {
+        let bytes = |text: &'static str| text.as_bytes().into();
+        let mnemonic = "@A";
+        let entries = told(vec![
+            event(Event::Ignored { bytes: bytes("?"), why: "nothing".into() }),
+            event(Event::Line { line: 3, mnemonic: mnemonic.into() }),
+            event(Event::CutShort { mnemonic: mnemonic.into(), why: "STOP".into() }),
+            event(Event::Switch { axis: 0, positive: true, active: true }),
+            event(Event::Signal { signal: SignalId(2), value: 1 }),
+            event(Event::Port { port: 1, value: 255 }),
+            event(Event::Flash { what: "saved".into() }),
+            event(Event::Baud { baud: 9_600 }),
+            event(Event::Fault { number: FaultNumber(4), news: FaultNews::Ends }),
+            event(Event::Warning(Warning::ReceiveOverflow { lost: 9 })),
+            event(Event::Warning(Warning::CounterWrapped { axis: 0, name: "X".into(), reads: -1 })),
+            event(Event::Course(vimc4_device::Course::Stops {
+                mnemonic: mnemonic.into(),
+                cause: StopCause::StopByte,
+                situation: Situation::StoppedMotion,
+            })),
+            What::News(News::Ends),
+            What::News(News::Opened {
+                transport: "tcp".into(),
+                client: "1".into(),
+                observes: false,
+            }),
+            What::News(News::Deed { by: Source::Controls("test".into()), deed: Deed::Power(true) }),
+            What::Missed { reports: 5 },
+        ]);
+        for entry in entries {
+            // What is read has each once.
+            let read: Value = serde_json::from_str(&entry).expect("it is JSON");
+            assert_eq!(read.to_string().len(), entry.len(), "{entry}");
+            assert!(is_kind(read["kind"].as_str().unwrap_or_default()), "{entry}");
         }
     }
 }

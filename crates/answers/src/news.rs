@@ -137,12 +137,13 @@ impl Followed {
         let Some(last) = part.items.last() else { return (messages, false) };
         self.sent = last.number;
         let wanted = part.items.iter().filter(|item| kinds.contain(kind(&item.report)));
-        let entries: Vec<&str> = wanted.map(|item| item.json(names)).collect();
-        if !entries.is_empty() {
-            let entries = entries.join(",");
-            messages.push(format!(
-                r#"{{"type":"events","controller":{number},"entries":[{entries}]}}"#
-            ));
+        let mut entries = wanted.map(|item| item.json(names));
+        if let Some(first) = entries.next() {
+            let opening = r#"{"type":"events","controller":"#;
+            let mut message = format!(r#"{opening}{number},"entries":[{first}"#);
+            entries.for_each(|entry| message.extend([",", entry]));
+            message.push_str("]}");
+            messages.push(message);
         }
         (messages, last.number < part.last)
     }

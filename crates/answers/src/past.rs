@@ -68,6 +68,11 @@ pub fn goal(
         let detail = "a moment is named by one of at, command and entry";
         return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
     }
+    if number("branch").is_some() && number("at").is_none() && body.len() > 1 {
+        let detail = "commands and entries are looked for on the branch that is looked at";
+        let remedy = "look at the branch first, or send the branch with a time as at";
+        return Err(Problem::new(Kind::WrongRequest, detail, remedy));
+    }
     if let Some(command) = number("command") {
         return Ok(Goal::Command(command));
     }

@@ -9,6 +9,9 @@ pub(crate) const RECORDING: u64 = 64 * 1024 * 1024;
 /// The largest message of a client on a WebSocket, bytes.
 pub(crate) const MESSAGE: usize = 16 * 1024;
 
+/// So much is read of it at once, bytes. Most are as short as what a client wants to be told.
+pub(crate) const READ: usize = 2 * 1024;
+
 /// So many connections are open at once; further ones wait.
 pub(crate) const CONNECTIONS: usize = 256;
 

@@ -34,7 +34,7 @@ use crate::document;
 use crate::events;
 use crate::files::FILES;
 use crate::guard::{Token, has_token, is_from_here};
-use crate::limits::{CONNECTIONS, MESSAGE, PATIENCE};
+use crate::limits::{CONNECTIONS, MESSAGE, PATIENCE, READ};
 use crate::refusal::refuse;
 use crate::served::App;
 use crate::table::RUNS;
@@ -348,6 +348,8 @@ async fn watch(
     };
     let has_token = app.token.as_ref().is_none_or(|token| has_token(&headers, token).is_ok());
     upgrade
+        // All of it is filled with zeros each time that somebody looks whether the client has said something.
+        .read_buffer_size(READ)
         .max_message_size(MESSAGE)
         .max_frame_size(MESSAGE)
         .on_upgrade(move |socket| events::talk(socket, app, has_token))

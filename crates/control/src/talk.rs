@@ -93,6 +93,15 @@ impl Talk {
         }
     }
 
+    /// Takes note of a command that was told elsewhere, so that its answer is shown with it.
+    pub fn heard(&mut self, report: &Report) {
+        if let What::Event { command: Some(number), event: Event::Command { bytes, .. } } =
+            &report.what
+        {
+            self.words.heard(report.at, *number, bytes);
+        }
+    }
+
     fn event(
         &mut self,
         at: Time,

@@ -3,6 +3,7 @@
 use std::fmt::{self, Display};
 use std::time::Duration;
 
+use bytes::Bytes;
 use vimc4_device::{CommandNumber, Deed, Event, Time, escape};
 
 use crate::begun::{Answered, Begun};
@@ -15,6 +16,11 @@ pub struct Words {
 }
 
 impl Words {
+    /// Takes note of a command, so that its answer is shown with it.
+    pub fn heard(&mut self, at: Time, number: CommandNumber, bytes: &Bytes) {
+        self.begun.begin(number, bytes, at);
+    }
+
     /// The words for an event, without its time; `None` for what the log leaves out. `explain`
     /// describes a command for people.
     pub fn event(
@@ -27,7 +33,7 @@ impl Words {
         Some(match event {
             Event::Command { bytes, .. } => {
                 if let Some(number) = command {
-                    self.begun.begin(number, bytes, at);
+                    self.heard(at, number, bytes);
                 }
                 format!("{}  {}", escape(bytes), explain(bytes))
             }
