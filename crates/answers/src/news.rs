@@ -12,8 +12,11 @@ use crate::fields::no_such;
 use crate::problem::{Kind, Problem};
 use crate::seen::Position;
 
-/// So many entries are in a message.
-const BATCH: usize = 256;
+/// So many entries are in a message at most: each wakes whoever gets it.
+const BATCH: usize = 1_024;
+
+/// A message that is so long has no further entry, bytes: clients take no messages of any length.
+const LONG: usize = 256 * 1024;
 
 /// What a client wants, in its own words.
 #[derive(Debug, Default, Deserialize)]
@@ -134,18 +137,23 @@ impl Followed {
             messages.push(gap.to_string());
             self.sent = to;
         }
-        let Some(last) = part.items.last() else { return (messages, false) };
-        self.sent = last.number;
-        let wanted = part.items.iter().filter(|item| kinds.contain(kind(&item.report)));
-        let mut entries = wanted.map(|item| item.json(names));
-        if let Some(first) = entries.next() {
-            let opening = r#"{"type":"events","controller":"#;
-            let mut message = format!(r#"{opening}{number},"entries":[{first}"#);
-            entries.for_each(|entry| message.extend([",", entry]));
+        let mut message = format!(r#"{{"type":"events","controller":{number},"entries":["#);
+        let opening = message.len();
+        for item in &part.items {
+            if message.len() >= LONG {
+                break;
+            }
+            self.sent = item.number;
+            if kinds.contain(kind(&item.report)) {
+                let comma = if message.len() == opening { "" } else { "," };
+                message.extend([comma, item.json(names)]);
+            }
+        }
+        if message.len() > opening {
             message.push_str("]}");
             messages.push(message);
         }
-        (messages, last.number < part.last)
+        (messages, self.sent < part.last)
     }
 
     /// How things stand, if there may be another position than was sent last.
@@ -200,5 +208,49 @@ impl Subscription {
     /// What it follows, and the kinds of entries that it wants.
     pub fn parts(&mut self) -> (Kinds<'_>, &mut [Followed]) {
         (Kinds(self.kinds.as_deref()), &mut self.followed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vimc4_control::{Report, Sink, What};
+    use vimc4_device::{Event, Time};
+
+    use super::*;
+
+    #[test]
+    fn many_long_entries_come_in_messages_of_some_length() {
+        let feed = Feed::new(Arc::new(|| ()));
+        let mut ear = feed.sink();
+        let mut happens = |what: &str, times| {
+            let event = Event::Flash { what: what.to_owned().into() };
+            let what = What::Event { command: None, event };
+            let report = Report { controller: "".into(), at: Time::ZERO, what };
+            (0..times).for_each(|_| ear.report(&report, &|_| String::new()));
+        };
+        happens("short", 3_000);
+        happens(&"long".repeat(10_000), 30);
+        happens("short", 1);
+        let wish = Wish::from_the_beginning(1, &["flash"], 0);
+        let mut subscription = Subscription::new(wish, &[&feed]).expect("there is one");
+        let (kinds, followed) = subscription.parts();
+        let (mut numbers, mut lengths) = (Vec::new(), Vec::new());
+        loop {
+            let (messages, is_more) = followed[0].entries(&kinds, &feed, &Names::default());
+            for message in messages {
+                let read: Value = serde_json::from_str(&message).expect("it is JSON");
+                let entries = read["entries"].as_array().expect("a list");
+                numbers.extend(entries.iter().filter_map(|entry| entry["number"].as_u64()));
+                lengths.push(message.len());
+            }
+            if !is_more {
+                break;
+            }
+        }
+        assert_eq!(numbers, Vec::from_iter(1..=3_031));
+        assert!(lengths.iter().all(|length| *length < LONG + 100_000), "{lengths:?}");
+        assert!(lengths.len() < 20, "{lengths:?}");
     }
 }
