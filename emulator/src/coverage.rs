@@ -10,7 +10,6 @@ use vimc4_device::{Event, Kinds};
 
 use crate::failure::Failure;
 use crate::identity::none_twice;
-use crate::kept::Kept;
 use crate::output;
 
 #[derive(clap::Args)]
@@ -105,31 +104,25 @@ pub(crate) fn keep(path: &Path, met: impl IntoIterator<Item = Coverage>) -> Resu
     whole.map_or(Ok(()), |whole| add_coverage(path, &whole).map(drop).map_err(Failure::midway))
 }
 
-/// Counts what a run in virtual time meets, and keeps it even if somebody ends the program.
+/// Counts what a run in virtual time meets.
 pub(crate) struct Covering {
     path: PathBuf,
-    collector: Kept<Collector>,
+    collector: Collector,
 }
 
 impl Covering {
     pub(crate) const KINDS: Kinds = Collector::KINDS;
 
     pub(crate) fn new(path: &Path, model: &Model) -> Result<Covering, Failure> {
-        let path = path.to_owned();
-        let at_end = path.clone();
-        // Whoever finds the file may end the program, and what it has met until then is kept.
-        let collector = Kept::new(Collector::new(model));
-        let collector = collector.ended(move |met| keep(&at_end, [met.coverage().clone()]))?;
-        begin(&path, model)?;
-        Ok(Covering { path, collector })
+        begin(path, model)?;
+        Ok(Covering { path: path.to_owned(), collector: Collector::new(model) })
     }
 
-    pub(crate) fn see(&self, event: &Event) {
-        self.collector.with(|collector| collector.see(event));
+    pub(crate) fn see(&mut self, event: &Event) {
+        self.collector.see(event);
     }
 
     pub(crate) fn keep(self) -> Result<(), Failure> {
-        let Covering { path, collector } = self;
-        collector.finish(|met| keep(&path, [met.coverage().clone()]))
+        keep(&self.path, [self.collector.coverage().clone()])
     }
 }

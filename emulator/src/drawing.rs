@@ -157,8 +157,6 @@ pub(crate) struct Drawing {
     frame: Frame,
     /// Where the carriages stood when the counters were 0 for the first motion.
     stood: Option<Vec<i64>>,
-    /// When something has happened last, and where the counters were.
-    seen: (Time, Point),
     picture: Option<(Format, PathBuf)>,
     exports: Vec<(Export, PathBuf)>,
     views: Vec<View>,
@@ -176,7 +174,6 @@ impl Drawing {
             plot: Plot::new(),
             frame,
             stood: None,
-            seen: (Time::ZERO, Point::default()),
             picture: None,
             exports: Vec::new(),
             views: Vec::new(),
@@ -196,7 +193,6 @@ impl Drawing {
             self.plot.purpose(self.purpose(device));
         }
         self.plot.see(at, event);
-        self.seen = (at, device.position(at));
     }
 
     /// At this time a controller was put into the state in which it is now.
@@ -214,7 +210,6 @@ impl Drawing {
         let running = device.running().map(|running| (running.began, running.segment));
         let back = Back { now, counters: device.position(now), shift, running, text };
         self.plot.put_back(at, back);
-        self.seen = (now, device.position(now));
         self.plot.purpose(self.purpose(device));
     }
 
@@ -255,12 +250,6 @@ impl Drawing {
         self.plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin, segment }));
         self.plot.see(now, &Event::Motion(Motion::Ends { steps }));
         self.finish(now, &std::array::from_fn(|axis| origin[axis] + end[axis]))
-    }
-
-    /// Draws what was seen, with which Ctrl-C is content.
-    pub(crate) fn finish_seen(self) -> Result<(), Failure> {
-        let (now, counters) = self.seen;
-        self.finish(now, &counters)
     }
 
     /// Draws what was done up to now, with the counters as they are.

@@ -4,7 +4,8 @@ use std::future::poll_fn;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::mpsc::channel;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 #[cfg(windows)]
 use std::task::Context;
 use std::task::Poll;
@@ -118,63 +119,86 @@ impl Endings {
 }
 
 /// The exit code of a program that Ctrl-C has ended, as shells have it.
-const INTERRUPTED: i32 = 130;
+pub(crate) const INTERRUPTED: u8 = 130;
 
-/// What is still to be done when somebody ends the program.
-type Deed = Box<dyn FnOnce() -> Result<(), Failure> + Send>;
-static DEEDS: Mutex<Vec<Deed>> = Mutex::new(Vec::new());
-
-/// That it is being done.
-static BEGUN: AtomicBool = AtomicBool::new(false);
-
-/// Whether somebody ends the program, and what is still to be done for that is being done.
-pub(crate) fn has_begun() -> bool {
-    BEGUN.load(Ordering::Relaxed)
+/// Who ends a program that is asked to end.
+struct Course {
+    /// The work that leaves files ends them itself, once it sees that it was asked.
+    is_in_order: bool,
+    /// Tells that work, if it waits for something else.
+    wake: Option<Box<dyn FnOnce() + Send>>,
 }
 
-/// Lets those do it who end the program.
-pub(crate) fn wait_for_end() -> ! {
-    loop {
-        thread::park();
-    }
+static COURSE: Mutex<Course> = Mutex::new(Course { is_in_order: false, wake: None });
+
+/// Whether work that ends in order was asked to.
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+fn course() -> MutexGuard<'static, Course> {
+    COURSE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Has something done before Ctrl-C, or another request, ends the program; one more ends it at once.
+/// From here on Ctrl-C, or another request, ends the program with its code: at once, or when work that
+/// ends in order has done so. One more ends it at once.
 ///
 /// # Errors
 ///
 /// If the system has no means to wait for that.
-pub(crate) fn before_end(
-    deed: impl FnOnce() -> Result<(), Failure> + Send + 'static,
-) -> Result<(), Failure> {
-    let lock = || DEEDS.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_first = lock().is_empty();
-    lock().push(Box::new(deed));
-    if !is_first {
-        return Ok(());
+pub(crate) fn heed() -> Result<(), Failure> {
+    in_background(|asked| {
+        asked();
+        // It is held until the end: nothing that has to end in order begins any more.
+        let mut course = course();
+        if course.is_in_order {
+            ASKED.store(true, Ordering::Relaxed);
+            course.wake.take().into_iter().for_each(|wake| wake());
+            drop(course);
+            asked();
+        }
+        process::exit(INTERRUPTED.into());
+    })
+}
+
+/// Work that is not broken off, because it leaves files that are to be whole: it looks whether it was
+/// asked to end, and ends them.
+pub(crate) struct InOrder(());
+
+impl InOrder {
+    pub(crate) fn begin() -> InOrder {
+        course().is_in_order = true;
+        InOrder(())
     }
-    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
-    let runtime =
-        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-    let mut endings = runtime.block_on(async { Endings::listen() });
-    let end = move || {
-        BEGUN.store(true, Ordering::Relaxed);
-        for deed in std::mem::take(&mut *lock()) {
-            if let Err(failure) = deed() {
-                failure.report();
-            }
+
+    /// Whether it was asked to end.
+    pub(crate) fn is_asked(&self) -> bool {
+        ASKED.load(Ordering::Relaxed)
+    }
+
+    /// Its files are whole. If it was asked to end meanwhile, so does the program.
+    pub(crate) fn done(self) {
+        course().is_in_order = false;
+        if self.is_asked() {
+            process::exit(INTERRUPTED.into());
         }
-        process::exit(INTERRUPTED);
-    };
-    let told = move || {
-        runtime.block_on(endings.told());
-        if thread::Builder::new().name("ending".to_owned()).spawn(end).is_ok() {
-            runtime.block_on(endings.told());
-        }
-        process::exit(INTERRUPTED);
-    };
-    thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
-    Ok(())
+    }
+}
+
+/// Waits for what may never come, and no longer than until the work that waits is asked to end; then there
+/// is nothing.
+pub(crate) fn unless_asked<T: Send + 'static>(
+    wait: impl FnOnce() -> T + Send + 'static,
+) -> Option<T> {
+    let (sender, come) = channel();
+    let asked = sender.clone();
+    let mut course = course();
+    if ASKED.load(Ordering::Relaxed) {
+        return None;
+    }
+    course.wake = Some(Box::new(move || drop(asked.send(None))));
+    drop(course);
+    let waits = move || drop(sender.send(Some(wait())));
+    thread::Builder::new().name("waiting".to_owned()).spawn(waits).ok()?;
+    come.recv().ok().flatten()
 }
 
 /// Lets Ctrl-C, and other requests to end, interrupt the port, so that `halt` is sent and its
@@ -182,16 +206,11 @@ pub(crate) fn before_end(
 pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure> {
     let interrupt = port.interrupter();
     let mut sideways = port.sideways();
-    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
-    let runtime =
-        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     // From here on Ctrl-C does not end the program before the controller was told to halt.
-    let endings = runtime.block_on(async { Endings::listen() });
-    let told = move || {
-        let mut endings = endings;
-        runtime.block_on(endings.told());
+    in_background(move |asked| {
+        asked();
         interrupt();
-        runtime.block_on(endings.told());
+        asked();
         // It may not have been sent yet, and does no harm twice.
         sideways.iter_mut().for_each(|send| send(halt));
         let _ = writeln!(
@@ -199,7 +218,20 @@ pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure>
             "interrupted again: ended without waiting, and the machine may still be moving; use the \
              emergency stop if it does"
         );
-        process::exit(INTERRUPTED);
+        process::exit(INTERRUPTED.into());
+    })
+}
+
+/// Has a thread wait for requests to end: what it is given comes back when one has come.
+fn in_background(react: impl FnOnce(&mut dyn FnMut()) + Send + 'static) -> Result<(), Failure> {
+    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+    let mut endings = runtime.block_on(async { Endings::listen() });
+    let told = move || {
+        react(&mut || {
+            let _ = runtime.block_on(endings.told());
+        });
     };
     thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
     Ok(())

@@ -21,7 +21,6 @@ mod framing;
 mod here;
 mod identity;
 mod job;
-mod kept;
 mod limits;
 #[cfg_attr(not(unix), path = "lines_elsewhere.rs")]
 mod lines;

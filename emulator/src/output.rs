@@ -1,6 +1,6 @@
 //! Standard output, where what was asked for goes.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,13 +29,23 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
 
 /// A new file for what is drawn, at a name that somebody has given.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    opened(path, OpenOptions::new().truncate(true))
+    opened(path, OpenOptions::new().truncate(true).create(true))
 }
 
 /// Sees to it before anything is done that a file can be written at the end. What stands there stays until
-/// then.
+/// then, and nothing is left where nothing stood.
 pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
-    opened(path, OpenOptions::new().truncate(false)).map(drop)
+    match fs::metadata(path) {
+        // Whoever reads a pipe would take this for its end.
+        Ok(there) if !there.is_file() && !there.is_dir() => Ok(()),
+        Ok(_) => opened(path, &mut OpenOptions::new()).map(drop),
+        Err(_) => {
+            create(path)?;
+            // A link may lead to it, and stays.
+            let made = fs::canonicalize(path).and_then(fs::remove_file);
+            made.map_err(|error| unwritable(path, &error))
+        }
+    }
 }
 
 fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
@@ -44,7 +54,7 @@ fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
             "`-` is where the report goes, and this needs a file; name one, or `./-` for one of that name",
         ));
     }
-    how.write(true).create(true).open(path).map_err(|error| unwritable(path, &error))
+    how.write(true).open(path).map_err(|error| unwritable(path, &error))
 }
 
 /// Why a file cannot be written.

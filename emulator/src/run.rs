@@ -7,8 +7,8 @@ pub(crate) mod report;
 mod rounds;
 mod session;
 mod stream;
-pub(crate) mod tape;
-pub(crate) mod trace;
+mod tape;
+mod trace;
 pub(crate) mod world;
 
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use vimc4_catalogue::{Controller, Handling};
 
-use crate::drawing;
+use crate::endings;
 use crate::failure::Failure;
 use crate::job::file;
 use crate::job::source::JobArguments;
@@ -24,15 +24,13 @@ use crate::ncp::run as job;
 use crate::recording::history;
 use crate::text;
 pub(crate) use arguments::{Arguments, axes};
-use driver::Driver;
-use meter::Meter;
 use report::RunReport;
 use session::Session;
-use trace::Trace;
 use vimc4_script::{Kind, Script, is_job, takes_jobs};
 use world::Outside;
 
 pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
+    endings::heed()?;
     arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
     if history::is_recording(&arguments.file, &bytes) {
@@ -58,16 +56,8 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;
     let scenario = arguments.world.scenario(&model, &controller)?;
-    let mut meter = Meter::new(&machine);
-    meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
-    let tape = arguments.world.tape(&model, &machine)?;
-    let covering = arguments.world.covering(&model)?;
-    let frame = drawing::frame(&arguments.file, &model, &machine);
-    let drawing = arguments.world.shown.begin(frame)?;
-    let sheets = arguments.world.drawn.open(None)?;
-    let driver = Driver::new(controller, meter, arguments.loops);
-    let driver = driver.recording(tape)?.covering(covering).drawing(drawing)?;
-    let driver = driver.waving(sheets, &model)?;
+    let Arguments { world, file, loops, .. } = &arguments;
+    let driver = world.driver(controller, &model, &machine, file, *loops)?;
     let report = RunReport::new(&arguments, &script);
     let mut session =
         Session { handling, driver, report, stored: Vec::new(), unanswered: Vec::new() };

@@ -30,7 +30,7 @@ use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
 use crate::places::{LISTENS, PTY, counted_up, numbered};
-use crate::recording::waveform::Live;
+use crate::recording::drawn::Live;
 use crate::traces;
 use crate::values::size;
 use crate::waves::Drawn;

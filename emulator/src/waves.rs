@@ -13,7 +13,6 @@ use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
 use crate::failure::Failure;
-use crate::kept::Kept;
 use crate::output::create;
 use crate::places::numbered;
 
@@ -42,19 +41,13 @@ pub(crate) struct Sheets {
     files: Vec<Page>,
     /// The waveforms beside which stands what a viewer shows first.
     waveforms: Vec<PathBuf>,
-    is_kept: bool,
 }
 
 /// A device that is being drawn.
 pub(crate) struct Waves {
-    drawn: Kept<Half>,
-    model: Model,
-}
-
-/// What is drawn so far: no more than half of a file, until it is ended.
-struct Half {
     analyser: Analyser,
     files: Vec<Page>,
+    model: Model,
 }
 
 impl Drawn {
@@ -78,8 +71,7 @@ impl Drawn {
             return Ok(None);
         }
         let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();
-        let (files, is_kept) = (Vec::new(), false);
-        let mut sheets = Sheets { sheets: Vec::new(), files, waveforms, is_kept };
+        let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms };
         if let Some(path) = vcd {
             let page = sheets.page(path)?;
             sheets.sheets.push(Box::new(Vcd::new(page)));
@@ -107,11 +99,6 @@ impl Sheets {
         Ok(page)
     }
 
-    /// Has the files ended rightly if somebody ends the program while they are drawn.
-    pub(crate) fn kept(self) -> Sheets {
-        Sheets { is_kept: true, ..self }
-    }
-
     /// Begins to draw a controller of a model, as it is now.
     pub(crate) fn begin<D: Device<Details = Details>>(
         self,
@@ -126,11 +113,7 @@ impl Sheets {
             beside(path, "gtkw", &layout::gtkwave(scene, &whole.display().to_string()))?;
             beside(path, "sucl", &layout::surfer(scene))?;
         }
-        let mut drawn = Kept::new(Half { analyser, files: self.files });
-        if self.is_kept {
-            drawn = drawn.ended(|half| half.end(Time::ZERO))?;
-        }
-        Ok(Waves { drawn, model: model.clone() })
+        Ok(Waves { analyser, files: self.files, model: model.clone() })
     }
 }
 
@@ -155,12 +138,12 @@ impl Waves {
 
     /// Something went into the device.
     pub(crate) fn given(&mut self, at: Time, input: Input<'_>) {
-        self.drawn.with(|half| half.analyser.given(at, input));
+        self.analyser.given(at, input);
     }
 
     /// The device has been put into another state by somebody.
     pub(crate) fn restored<D: Device<Details = Details>>(&mut self, device: &D, by: &str) {
-        self.drawn.with(|half| half.analyser.restored(device, by, drives(&self.model)));
+        self.analyser.restored(device, by, drives(&self.model));
     }
 
     /// What came out, and the device now.
@@ -169,16 +152,14 @@ impl Waves {
         device: &D,
         outputs: &VecDeque<Output>,
     ) {
-        self.drawn.with(|Half { analyser, .. }| {
-            for output in outputs {
-                match output {
-                    Output::Bytes(at, bytes) => analyser.sent(*at, bytes),
-                    Output::Event(stamp, event) => analyser.see(stamp.at, event),
-                    Output::Flash(..) => {}
-                }
+        for output in outputs {
+            match output {
+                Output::Bytes(at, bytes) => self.analyser.sent(*at, bytes),
+                Output::Event(stamp, event) => self.analyser.see(stamp.at, event),
+                Output::Flash(..) => {}
             }
-            analyser.look(device, drives(&self.model));
-        });
+        }
+        self.analyser.look(device, drives(&self.model));
     }
 
     /// Draws the rest, up to this time.
@@ -187,13 +168,6 @@ impl Waves {
     ///
     /// If not everything could be written.
     pub(crate) fn finish(self, at: Time) -> Result<(), Failure> {
-        self.drawn.finish(|half| half.end(at))
-    }
-}
-
-impl Half {
-    /// Ends the files, at this time or where they are further already.
-    fn end(self, at: Time) -> Result<(), Failure> {
         self.analyser.finish(at);
         self.files.iter().try_for_each(Page::finish)
     }

@@ -3,9 +3,11 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
+use std::process::Command;
 
 use tempfile::TempDir;
 
@@ -163,46 +165,157 @@ fn the_path_goes_to_other_programs() {
     assert_eq!(drawing.matches("\nFEED\n 10\n").count(), 5, "{drawing}");
 }
 
+/// A stored program without an end, and a job that takes longer than anybody waits.
+fn endless(folder: &Path) {
+    let lines = "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n";
+    written(folder, "endless.txt", lines);
+    // No job is endless, but its steps fill a disk.
+    let moves = "MOVEREL X9000\nMOVEREL X-9000\n".repeat(50_000);
+    written(folder, "long.ncp", &format!("IMF_PBL_V1.0\n{moves}PROGEND\n"));
+}
+
+/// `vimc4` with these words behind it, under way; what it prints goes into files.
+fn under_way(folder: &Path, line: &str) -> Process {
+    let mut command = process::vimc4(folder, &line.split(' ').collect::<Vec<_>>());
+    let file = |name| File::create(folder.join(name)).unwrap();
+    command.stdout(file("out.txt")).stderr(file("errors.txt"));
+    Process::of(command.spawn().unwrap())
+}
+
+/// Waits until there is this much of a file.
+fn grown(folder: &Path, name: &str, size: u64) {
+    let path = folder.join(name);
+    process::until("it grows", || fs::metadata(&path).is_ok_and(|file| file.len() >= size));
+}
+
+fn pipe(folder: &Path, name: &str) {
+    assert!(Command::new("mkfifo").arg(folder.join(name)).status().unwrap().success());
+}
+
+/// The time with which the last row of a table begins, in seconds.
+fn last_time(table: &str) -> &str {
+    table.lines().last().and_then(|row| row.split(',').next()).unwrap_or_default()
+}
+
 /// Whoever has seen enough presses Ctrl-C, and has what was done until then.
 #[test]
 fn an_interrupted_run_leaves_what_happened_until_then() {
     let folder = bench();
-    let path = |name: &str| folder.path().join(name);
-    let endless = "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n";
-    written(folder.path(), "endless.txt", endless);
-    // No job is endless, but its steps fill a disk.
-    let moves = "MOVEREL X9000\nMOVEREL X-9000\n".repeat(50_000);
-    written(folder.path(), "long.ncp", &format!("IMF_PBL_V1.0\n{moves}PROGEND\n"));
-    let line = "run endless.txt --machine mill --for 10000h";
+    let path = folder.path();
+    endless(path);
+    let line = "run endless.txt --machine mill --for 10000h -v";
     let job = "ncp run long.ncp --machine mill --no-ref";
-    let outputs = "--plot out.svg --as gcode out.nc --as dxf out.dxf --trace out.trace";
+    let outputs =
+        "--plot out.svg --as gcode out.nc --as dxf out.dxf --trace out.trace --csv out.csv";
+    let names = ["out.svg", "out.nc", "out.dxf", "out.trace", "out.csv"];
     for (line, name) in [(line, "line.jsonl.gz"), (job, "job.jsonl")] {
         // What stood there stays until the end.
-        for name in ["out.svg", "out.nc", "out.dxf", "out.trace"] {
-            written(folder.path(), name, "what stood there\n");
-        }
-        let all = format!("{line} {outputs} --record {name}");
-        let mut command = process::vimc4(folder.path(), &all.split(' ').collect::<Vec<_>>());
-        let mut under_way = Process::of(command.spawn().unwrap());
-        let size = |name: &str| fs::metadata(path(name)).map_or(0, |file| file.len());
-        process::until("it runs", || size("out.trace") > 100_000);
-        assert_eq!(read(folder.path(), "out.nc"), "what stood there\n");
-        under_way.signal(Signal::INT);
-        assert_eq!(under_way.end().0, Some(130), "{line}");
-        let [svg, code, drawing, trace] =
-            ["out.svg", "out.nc", "out.dxf", "out.trace"].map(|name| read(folder.path(), name));
+        names.iter().for_each(|name| written(path, name, "what stood there\n"));
+        let mut interrupted = under_way(path, &format!("{line} {outputs} --record {name}"));
+        grown(path, "out.trace", 100_000);
+        assert_eq!(read(path, "out.nc"), "what stood there\n");
+        interrupted.signal(Signal::INT);
+        assert_eq!(interrupted.child.wait().unwrap().code(), Some(130), "{line}");
+        let [svg, code, drawing, trace, table] = names.map(|name| read(path, name));
         assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
         assert!(code.contains("\nG1 ") && code.ends_with("\nM2\n"), "{code}");
         assert!(drawing.trim_end().ends_with("EOF"), "{drawing}");
         assert_eq!(trace.lines().last().map(|row| row.split(',').count()), Some(5));
-        let (code, said, _) = run(folder.path(), &format!("replay {name}"));
+        // All of it ends at the same moment.
+        let mut steps = table.lines().filter(|row| row.contains(",x.position,"));
+        assert_eq!(steps.next_back().map(last_time), Some(last_time(&trace)), "{line}");
+        let (code, said, _) = run(path, &format!("replay {name}"));
         assert!(code == 0 && said.starts_with("equal: "), "{said}");
+        // Everything was printed, and where it was interrupted.
+        let said = read(path, "out.txt");
+        assert!(said.lines().last().unwrap().contains("it was interrupted"), "{said}");
+        assert!(read(path, "errors.txt").is_empty());
     }
+}
+
+/// The picture of a recording, too, and its waveform up to the same moment.
+#[test]
+fn an_interrupted_replay_leaves_what_was_played_until_then() {
+    let folder = bench();
+    let path = folder.path();
+    endless(path);
+    assert_eq!(run(path, "run endless.txt --machine mill --for 1s --record short.jsonl").0, 3);
+    // The same, but its end comes in a thousand years.
+    let recording = read(path, "short.jsonl");
+    let lines: Vec<&str> = recording.lines().collect();
+    let played = lines[..lines.len() - 2].join("\n");
+    let end = r#"{"at":31556952000000000,"end":"the run has ended"}"#;
+    written(path, "long.jsonl", &format!("{played}\n{end}\n"));
+    let mut replay = under_way(path, "replay long.jsonl --plot out.svg --csv out.csv");
+    grown(path, "out.csv", 100_000);
+    assert!(!path.join("out.svg").exists());
+    replay.signal(Signal::TERM);
+    assert_eq!(replay.child.wait().unwrap().code(), Some(130));
+    let svg = read(path, "out.svg");
+    assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
+    let said = read(path, "errors.txt");
+    let at = last_time(&read(path, "out.csv")).to_owned();
+    assert_eq!(said, format!("interrupted: what is drawn ends at {at} s\n"));
+    assert_eq!(read(path, "out.txt"), "");
+}
+
+/// Who ends it before anything has begun, or cannot wait until it has ended, finds nothing that is empty or
+/// broken off.
+#[test]
+fn what_has_not_begun_leaves_nothing() {
+    let folder = bench();
+    let path = folder.path();
+    endless(path);
+    let is_there = |name: &str| path.join(name).exists();
+    ["in", "unread.vcd", "slow.vcd"].iter().for_each(|name| pipe(path, name));
+    // It waits for what it is to read.
+    for line in ["run in", "ncp run in", "replay in"] {
+        let mut waits = under_way(path, &format!("{line} --plot out.svg"));
+        let _input = File::create(path.join("in")).unwrap();
+        waits.signal(Signal::TERM);
+        assert_eq!(waits.child.wait().unwrap().code(), Some(130), "{line}");
+        assert!(!is_there("out.svg"));
+    }
+    // It waits for somebody who reads what it draws.
+    let outputs = "--plot out.svg --as gcode out.nc --record out.jsonl --trace out.trace";
+    for (line, signal) in [("run endless.txt", Signal::INT), ("ncp run long.ncp", Signal::TERM)] {
+        let mut waits = under_way(path, &format!("{line} {outputs} --vcd unread.vcd"));
+        process::until("it begins", || is_there("out.trace"));
+        waits.signal(signal);
+        assert_eq!(waits.child.wait().unwrap().code(), Some(130), "{line}");
+        assert!(!["out.svg", "out.nc", "out.jsonl"].into_iter().any(is_there), "{line}");
+        fs::remove_file(path.join("out.trace")).unwrap();
+    }
+    // It runs, draws, and waits for somebody who reads no further: until then nothing is there, and who asks
+    // again and again does not wait.
+    let line = "run endless.txt --for 10000h --plot out.svg --as gcode out.nc --vcd slow.vcd";
+    let mut waits = under_way(path, line);
+    let mut reader = File::open(path.join("slow.vcd")).unwrap();
+    reader.read_exact(&mut [0; 10_000]).unwrap();
+    assert!(!["out.svg", "out.nc"].into_iter().any(is_there));
+    process::until("it ends", || {
+        waits.signal(Signal::INT);
+        waits.child.try_wait().unwrap().is_some()
+    });
+    assert_eq!(waits.child.wait().unwrap().code(), Some(130));
+}
+
+/// A pipe is opened when there is something to be written, so that its reader does not find an end before.
+#[test]
+fn a_picture_goes_into_a_pipe() {
+    let folder = bench();
+    pipe(folder.path(), "out.svg");
+    let mut run =
+        under_way(folder.path(), "run examples/commands.txt --machine mill --plot out.svg");
+    let svg = read(folder.path(), "out.svg");
+    assert_eq!(run.child.wait().unwrap().code(), Some(0));
+    assert!(svg.ends_with("</svg>\n"), "{svg}");
 }
 
 #[test]
 fn what_is_wrong_is_said_before_anything_is_done() {
     let folder = bench();
+    ["kept.vcd", "kept.vcd.jsonl"].iter().for_each(|name| written(folder.path(), name, "kept"));
     for (line, text) in [
         ("--plot out.pdf", "use .svg or .png"),
         ("--plot nowhere/out.svg", "cannot write nowhere/out.svg"),
@@ -210,6 +323,8 @@ fn what_is_wrong_is_said_before_anything_is_done() {
         ("--as gcode nowhere/out.nc", "cannot write nowhere/out.nc"),
         ("--as gcode -", "`-` is where the report goes"),
         ("--vcd -", "`-` is where the report goes"),
+        ("--record out.jsonl --vcd nowhere/out.vcd", "cannot write nowhere/out.vcd"),
+        ("--vcd kept.vcd --record kept.vcd.jsonl", "no recording is overwritten"),
         ("--plot-view top", "--plot <OUT>"),
         ("--plot a.svg --plot-view below", "top, front, side, iso, time"),
     ] {
@@ -217,6 +332,8 @@ fn what_is_wrong_is_said_before_anything_is_done() {
         assert_eq!((code, out.as_str()), (2, ""), "{line:?}");
         assert!(err.contains(text), "{line:?}: {err}");
     }
+    assert!(!folder.path().join("out.jsonl").exists());
+    assert_eq!(read(folder.path(), "kept.vcd"), "kept");
 }
 
 #[cfg(target_os = "linux")]

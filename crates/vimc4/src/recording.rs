@@ -170,6 +170,16 @@ impl RecordingFile {
         Ok(RecordingFile(Arc::new(Mutex::new(sheet))))
     }
 
+    /// Tells whether a recording could be started there, and leaves nothing.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`create`](RecordingFile::create).
+    pub fn try_out(path: &Path) -> Result<(), RecordingError> {
+        let (_, plain) = Packing::of(path).begin(path)?;
+        fs::remove_file(&plain).map_err(|error| cannot_write(&plain, error))
+    }
+
     /// Starts a recording in the memory of this program, which ends with its last whole line when it
     /// has so many bytes.
     pub(crate) fn in_memory(head: Head, most: u64, names: Names) -> RecordingFile {
@@ -316,12 +326,8 @@ impl Sheet {
     /// Starts the file of the current part.
     fn open(&mut self) -> Result<(), RecordingError> {
         let packed = part(&self.name, self.head.part);
-        let plain = self.packing.plain(&packed);
-        if plain != packed && packed.exists() {
-            return Err(cannot_write(&packed, io::Error::from(io::ErrorKind::AlreadyExists)));
-        }
-        let file = OpenOptions::new().append(true).create_new(true).open(&plain);
-        self.file = Some(Paper::File(file.map_err(|error| cannot_write(&plain, error))?));
+        let (file, plain) = self.packing.begin(&packed)?;
+        self.file = Some(Paper::File(file));
         self.written = 0;
         self.files.push(plain.clone());
         self.path = plain;
@@ -560,6 +566,16 @@ impl Packing {
             Some(end) if end.eq_ignore_ascii_case("zst") => Packing::Zstd,
             _ => Packing::None,
         }
+    }
+
+    /// A new file of this name, and its name while it is plain text.
+    fn begin(self, packed: &Path) -> Result<(File, PathBuf), RecordingError> {
+        let plain = self.plain(packed);
+        if plain != packed && packed.exists() {
+            return Err(cannot_write(packed, io::Error::from(io::ErrorKind::AlreadyExists)));
+        }
+        let file = OpenOptions::new().append(true).create_new(true).open(&plain);
+        Ok((file.map_err(|error| cannot_write(&plain, error))?, plain))
     }
 
     /// The name of a file while it is plain text.

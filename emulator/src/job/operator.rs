@@ -1,6 +1,6 @@
 //! The person who stands by, at a terminal or not at all.
 
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +15,7 @@ use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
 use super::perform::{Attendant, Decision, shown};
 use super::typing::Typing;
+use crate::endings;
 use crate::text::shown_in_line;
 
 /// What is said to a person, and what they say.
@@ -239,11 +240,9 @@ impl<'t> Operator<'t> {
     fn heard(&mut self) -> Option<String> {
         if self.at_leisure {
             self.asked = None;
-            let mut line = String::new();
-            return match io::stdin().lock().read_line(&mut line) {
-                Ok(0) | Err(_) => Some("q".to_owned()),
-                Ok(_) => Some(line.trim_end_matches(['\r', '\n']).to_owned()),
-            };
+            // The end of the input, and a request to end, end the job.
+            let line = endings::unless_asked(|| io::stdin().lines().next().and_then(Result::ok));
+            return Some(line.flatten().unwrap_or_else(|| "q".to_owned()));
         }
         let heard = self.typed.as_ref()?.try_recv();
         match heard {

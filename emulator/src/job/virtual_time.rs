@@ -179,14 +179,12 @@ impl Channel for Virtual {
     fn begins(&mut self, line: u32) {
         let is_new = std::mem::replace(&mut self.line, line) != line;
         let now = self.driver.now();
-        if let Some(drawing) = self.driver.drawing.as_ref().filter(|_| is_new) {
+        if let Some(drawing) = self.driver.drawing.as_mut().filter(|_| is_new) {
             let shown = self.shown.get(&line).copied();
-            drawing.with(|drawing| {
-                drawing.is_rapid = shown == Some(Shown::Rapid);
-                if let Some(Shown::Tool(number)) = shown {
-                    drawing.plot.tool(now, format!("tool {number} is put in, line {line}"));
-                }
-            });
+            drawing.is_rapid = shown == Some(Shown::Rapid);
+            if let Some(Shown::Tool(number)) = shown {
+                drawing.plot.tool(now, format!("tool {number} is put in, line {line}"));
+            }
         }
         if self.keeps_times && self.lines.last().is_none_or(|(last, _)| *last != line) {
             self.lines.push((line, self.elapsed()));

@@ -15,17 +15,15 @@ use vimc4_ncp::language::{Instruction, Rate, TextLine, lines, parse};
 
 use super::check;
 use super::problems::as_json;
-use crate::drawing;
+use crate::endings::{self, INTERRUPTED};
 use crate::failure::Failure;
 use crate::job::operator::Operator;
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, shown};
 use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::{Shown, Virtual};
 use crate::output;
-use crate::run::driver::{Driver, Halt};
-use crate::run::meter::Meter;
+use crate::run::driver::Halt;
 use crate::run::report::{nanos, seconds};
-use crate::run::trace::Trace;
 use crate::run::world::{Outside, World};
 use crate::values::duration;
 
@@ -46,7 +44,7 @@ Examples:
   vimc4 ncp run examples/plate.ncp --input 0.3=1@2s --press stop@5s --press start@8s -v
 
 Exit codes: 0 the job is done, 1 an error in the file or an error reply, 2 wrong usage, 3 the time of
---for is over, or nobody is at the terminal to continue it."
+--for is over, or nobody is at the terminal to continue it, 130 it was interrupted."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -84,6 +82,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    endings::heed()?;
     arguments.world.none_twice(&arguments.job.file)?;
     carry_out(arguments, &arguments.job.text()?)
 }
@@ -110,18 +109,8 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
         starts: false,
         time: arguments.time,
     };
-    let mut meter = Meter::new(&site.machine);
-    meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
-    let frame = drawing::frame(&job.file, &site.model, &site.machine);
-    let mut link = Virtual::new(
-        Driver::new(controller, meter, None)
-            .recording(arguments.world.tape(&site.model, &site.machine)?)?
-            .covering(arguments.world.covering(&site.model)?)
-            .drawing(arguments.world.shown.begin(frame)?)?
-            .waving(arguments.world.drawn.open(None)?, &site.model)?,
-        Handling::of(&site.model),
-        arguments.json,
-    );
+    let driver = arguments.world.driver(controller, &site.model, &site.machine, &job.file, None)?;
+    let mut link = Virtual::new(driver, Handling::of(&site.model), arguments.json);
     if link.driver.drawing.is_some() {
         link.shown = noted(text);
     }
@@ -139,11 +128,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let ending = perform(&mut work, &mut link, &mut operator);
     let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
-    link.driver.end_recording();
-    link.driver.keep_coverage()?;
-    link.driver.finish_drawing()?;
-    link.driver.end_waves()?;
-    link.driver.meter.end_trace()?;
+    link.driver.finish()?;
     Ok(code)
 }
 
@@ -242,7 +227,11 @@ impl Outcome {
             Err(Halt::Time) => {
                 (3, "for", format!("{place}: the time of --for is over"), Some(link.line))
             }
-            Ok(Ending::Unattended { .. }) | Err(_) => {
+            Err(Halt::Interrupted) => {
+                let text = format!("{place}: it was interrupted");
+                (INTERRUPTED, "interrupted", text, Some(link.line))
+            }
+            Ok(Ending::Unattended { .. }) | Err(Halt::Rounds | Halt::Waiting | Halt::Idling) => {
                 let text = format!(
                     "{place} waits, and nothing will change that: --yes accepts questions, \
                      --skip-waits passes waits, --input and --press do something"

@@ -5,6 +5,7 @@ mod card;
 mod client;
 pub(crate) mod controller;
 pub(crate) mod diff;
+pub(crate) mod drawn;
 pub(crate) mod file;
 pub(crate) mod history;
 pub(crate) mod less;
@@ -12,7 +13,6 @@ pub(crate) mod less;
 pub(crate) mod page;
 pub(crate) mod replay;
 pub(crate) mod tap;
-pub(crate) mod waveform;
 
 use std::panic::{self, UnwindSafe};
 

@@ -1,25 +1,23 @@
 //! `vimc4 replay`: a recording is played again, and compared.
 
-use std::collections::VecDeque;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::json;
-use vimc4_device::{Device, Output};
 use vimc4_timeline::recording::{
-    Aside, Divergence, Entry, Recording, StateError, Tolerance, WALL, What, check, part,
+    Aside, Divergence, Entry, Recording, Tolerance, WALL, What, check, part,
 };
 
 use super::card::{card, seconds};
 use super::controller::{Other, Site};
+use super::drawn;
 use super::file;
-use super::waveform;
-use crate::drawing::{self, Drawing, Pictured};
+use crate::drawing::{self, Pictured};
+use crate::endings;
 use crate::failure::Failure;
 use crate::identity::none_twice;
-use crate::kept::Kept;
 use crate::output;
 use crate::text;
 use crate::values::duration;
@@ -45,7 +43,8 @@ Examples:
 
 docs/recordings.md has the format.
 
-Exit codes: 0 all is equal, 1 something differs, or the recording is wrong, 2 wrong usage."
+Exit codes: 0 all is equal, 1 something differs, or the recording is wrong, 2 wrong usage,
+130 it was interrupted."
 )]
 pub(crate) struct Arguments {
     /// The recording; `-` is standard input
@@ -70,6 +69,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    endings::heed()?;
     let outputs = arguments.drawn.files().chain(arguments.pictured.files());
     #[cfg(feature = "api")]
     let outputs = outputs.chain(arguments.html.as_deref());
@@ -86,10 +86,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
         _ => Tolerance::Exact,
     };
-    if let Some(sheets) = arguments.drawn.open(None)? {
-        waveform::draw(&recording, &other, sheets)?;
-    }
     let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
+    let frame = drawing::frame(&arguments.file, &other.model, &other.machine);
+    let picture = arguments.pictured.begin(frame)?;
+    let sheets = arguments.drawn.open(None)?;
+    drawn::draw(&recording, &other, sheets, picture, &unplayable)?;
     let read = |written: &_| site.read(written);
     // What a real controller has said is compared with whichever controller is named.
     let played = if other.is_recorded() || recording.head.clock == WALL {
@@ -110,7 +111,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         say_of_going_back(&recording);
     }
     report(arguments, &recording, &other, &played, &causes)?;
-    draw(arguments, &recording, &other)?;
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
@@ -128,47 +128,6 @@ fn say_of_going_back(recording: &Recording) {
     );
     // Whoever closed standard error does not want to know.
     let _ = writeln!(io::stderr(), "{text}");
-}
-
-/// Plays it once more for a picture, if one is wanted.
-fn draw(arguments: &Arguments, recording: &Recording, site: &Site) -> Result<(), Failure> {
-    let frame = drawing::frame(&arguments.file, &site.model, &site.machine);
-    let Some(drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
-    let drawing = Kept::new(drawing).ended(Drawing::finish_seen)?;
-    let mut player = site.player()?.watching(Drawing::KINDS);
-    for entry in &recording.entries {
-        if let What::State { by: Some(by), state } = &entry.what
-            && player.has_begun()
-        {
-            let see = &mut |device: &_, outputs: &VecDeque<Output>| {
-                for output in outputs {
-                    if let Output::Event(stamp, event) = output {
-                        drawing.with(|drawing| drawing.see(device, stamp.at, event));
-                    }
-                }
-            };
-            if !player.is_led() {
-                player.run_to_seen(entry.at, see);
-            }
-            let at = player.device().now();
-            let wrong = |why| {
-                let error = StateError { line: entry.line, why };
-                file::unplayable(&arguments.file, recording, error)
-            };
-            player.restore(site.read(state).map_err(wrong)?);
-            let by = format!("by {by}");
-            drawing.with(|drawing| drawing.put_back(player.device(), at, by));
-            continue;
-        }
-        player
-            .play_seeing(entry, &|written| site.read(written), &mut |device, at, event| {
-                drawing.with(|drawing| drawing.see(device, at, event));
-            })
-            .map_err(|error| file::unplayable(&arguments.file, recording, error))?;
-    }
-    let now = player.device().now();
-    let counters = player.device().position(now);
-    drawing.finish(|drawing| drawing.finish(now, &counters))
 }
 
 /// The quirks, and the models of the family, with which everything would be as recorded.

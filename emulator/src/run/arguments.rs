@@ -44,7 +44,8 @@ Examples:
   (echo @07; vimc4 circle --radius 200) | vimc4 run -
 
 Exit codes: 0 all was done, 1 an error reply, or something in a plot file that the controller would leave
-out, 2 wrong usage, 3 the time or the rounds are over, or nothing more can happen."
+out, 2 wrong usage, 3 the time or the rounds are over, or nothing more can happen, 130 it was
+interrupted."
 )]
 pub(crate) struct Arguments {
     /// The file; `-` is standard input

@@ -16,8 +16,8 @@ use super::rounds::Rounds;
 use super::tape::Tape;
 use crate::coverage::Covering;
 use crate::drawing::Drawing;
+use crate::endings::InOrder;
 use crate::failure::Failure;
-use crate::kept::Kept;
 use crate::waves::{Sheets, Waves};
 
 /// Runs a device from cause to cause and takes note of what it does.
@@ -35,9 +35,11 @@ pub(crate) struct Driver {
     answered: usize,
     pub(crate) meter: Meter,
     pub(crate) rounds: Rounds,
-    tape: Option<Kept<Tape>>,
+    /// Whether somebody asks it to end, if it heeds that.
+    ending: Option<InOrder>,
+    tape: Option<Tape>,
     covering: Option<Covering>,
-    pub(crate) drawing: Option<Kept<Drawing>>,
+    pub(crate) drawing: Option<Drawing>,
     waves: Option<Waves>,
     /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
@@ -73,6 +75,8 @@ pub(crate) enum Halt {
     Waiting,
     /// The program goes round and round and does nothing.
     Idling,
+    /// Somebody ends it.
+    Interrupted,
 }
 
 /// The kinds of events that it takes note of.
@@ -94,6 +98,7 @@ impl Driver {
             answered: 0,
             meter,
             rounds: Rounds::default(),
+            ending: None,
             tape: None,
             covering: None,
             drawing: None,
@@ -104,40 +109,40 @@ impl Driver {
         driver
     }
 
+    /// Ends when somebody asks for it.
+    pub(super) fn heeding(self, ending: InOrder) -> Driver {
+        Driver { ending: Some(ending), ..self }
+    }
+
     /// Records everything from now on.
-    pub(crate) fn recording(mut self, tape: Option<Tape>) -> Result<Driver, Failure> {
-        let Some(mut tape) = tape else { return Ok(self) };
+    pub(super) fn recording(mut self, tape: Option<Tape>) -> Driver {
+        let Some(mut tape) = tape else { return self };
         tape.begin(self.harness.device());
-        let interrupted = |tape: Tape| {
-            tape.over("the run was interrupted");
-            Ok(())
-        };
-        self.tape = Some(Kept::new(tape).ended(interrupted)?);
+        self.tape = Some(tape);
         self.harness = self.harness.keeping_given();
-        Ok(self)
+        self
     }
 
     /// Counts what is met from now on.
-    pub(crate) fn covering(mut self, covering: Option<Covering>) -> Driver {
+    pub(super) fn covering(mut self, covering: Option<Covering>) -> Driver {
         self.covering = covering;
         self.watching()
     }
 
     /// Draws what is done from now on.
-    pub(crate) fn drawing(mut self, drawing: Option<Drawing>) -> Result<Driver, Failure> {
-        let kept = |drawing| Kept::new(drawing).ended(Drawing::finish_seen);
-        self.drawing = drawing.map(kept).transpose()?;
-        Ok(self.watching())
+    pub(super) fn drawing(mut self, drawing: Option<Drawing>) -> Driver {
+        self.drawing = drawing;
+        self.watching()
     }
 
     /// Draws everything from now on as a waveform.
-    pub(crate) fn waving(
+    pub(super) fn waving(
         mut self,
         sheets: Option<Sheets>,
         model: &Model,
     ) -> Result<Driver, Failure> {
         let Some(sheets) = sheets else { return Ok(self) };
-        self.waves = Some(sheets.kept().begin(self.harness.device(), model, Pacing::Ideal)?);
+        self.waves = Some(sheets.begin(self.harness.device(), model, Pacing::Ideal)?);
         self.harness = self.harness.keeping_given();
         Ok(self.watching())
     }
@@ -151,30 +156,23 @@ impl Driver {
         self
     }
 
-    /// Draws what was done, if that is wanted.
-    pub(crate) fn finish_drawing(&mut self) -> Result<(), Failure> {
+    /// Ends everything that is written, at this moment. If somebody has asked for the end, that is the end
+    /// of the program.
+    pub(crate) fn finish(mut self) -> Result<(), Failure> {
         let now = self.now();
-        let counters = self.device().position(now);
-        let finish = |drawing: Drawing| drawing.finish(now, &counters);
-        self.drawing.take().map_or(Ok(()), |drawing| drawing.finish(finish))
-    }
-
-    /// Ends the waveform, if there is one.
-    pub(crate) fn end_waves(&mut self) -> Result<(), Failure> {
-        let now = self.now();
-        self.waves.take().map_or(Ok(()), |waves| waves.finish(now))
-    }
-
-    /// Keeps what was met, if that is counted.
-    pub(crate) fn keep_coverage(&mut self) -> Result<(), Failure> {
-        self.covering.take().map_or(Ok(()), Covering::keep)
-    }
-
-    /// Ends the recording, if there is one.
-    pub(crate) fn end_recording(&mut self) {
-        if let Some(tape) = self.tape.take() {
-            tape.finish(|tape| tape.end(self.harness.device()));
+        let why = self.heed().map_or("the run was interrupted", |()| "the run has ended");
+        let device = self.harness.device();
+        if let Some(tape) = self.tape {
+            tape.end(device, why);
         }
+        self.covering.map_or(Ok(()), Covering::keep)?;
+        self.drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)))?;
+        self.waves.map_or(Ok(()), |waves| waves.finish(now))?;
+        self.meter.end_trace()?;
+        if let Some(ending) = self.ending {
+            ending.done();
+        }
+        Ok(())
     }
 
     pub(crate) fn device(&self) -> &Line<Controller> {
@@ -230,6 +228,7 @@ impl Driver {
 
     /// Lets happen what happens next: a signal, or what the device does by itself.
     pub(crate) fn advance(&mut self) -> Result<(), Halt> {
+        self.heed()?;
         let next = self.harness.due().ok_or(Halt::Waiting)?;
         if next > self.end {
             self.run_to(self.end);
@@ -251,12 +250,20 @@ impl Driver {
 
     /// Lets this much time pass, with everything that happens in it.
     pub(crate) fn pass(&mut self, time: Duration) -> Result<(), Halt> {
+        self.heed()?;
         let until = self.now() + time;
         while self.harness.due().is_some_and(|next| next <= until) {
             self.advance()?;
         }
         self.run_to(until.min(self.end));
         if until > self.end { Err(Halt::Time) } else { Ok(()) }
+    }
+
+    fn heed(&self) -> Result<(), Halt> {
+        match self.ending.as_ref().is_some_and(InOrder::is_asked) {
+            true => Err(Halt::Interrupted),
+            false => Ok(()),
+        }
     }
 
     fn run_to(&mut self, at: Time) {
@@ -273,8 +280,8 @@ impl Driver {
             }
             waves.see(self.harness.device(), self.harness.outputs());
         }
-        if let Some(tape) = &self.tape {
-            tape.with(|tape| tape.note(self.harness.device(), given, self.harness.outputs()));
+        if let Some(tape) = &mut self.tape {
+            tape.note(self.harness.device(), given, self.harness.outputs());
         }
         while let Some(output) = self.harness.take_output() {
             match output {
@@ -293,11 +300,11 @@ impl Driver {
     }
 
     fn take(&mut self, at: Time, event: Event) {
-        if let Some(covering) = &self.covering {
+        if let Some(covering) = &mut self.covering {
             covering.see(&event);
         }
-        if let Some(drawing) = &self.drawing {
-            drawing.with(|drawing| drawing.see(self.harness.device(), at, &event));
+        if let Some(drawing) = &mut self.drawing {
+            drawing.see(self.harness.device(), at, &event);
         }
         match event {
             Event::Command { bytes, .. } => {

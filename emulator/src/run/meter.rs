@@ -8,7 +8,6 @@ use vimc4_motion::{Path, Segment};
 
 use super::trace::Trace;
 use crate::failure::Failure;
-use crate::kept::Kept;
 
 /// A stretch of this many steps is not looked at more closely.
 const SHORT: u64 = 16;
@@ -19,7 +18,7 @@ pub(crate) struct Meter {
     /// Whether what moves is a reference run, which belongs to no job: it is not added.
     pub(crate) references: bool,
     /// Where every step is told.
-    pub(crate) trace: Option<Kept<Trace>>,
+    pub(crate) trace: Option<Trace>,
     /// Steps per axis, forth and back alike.
     pub(crate) steps: [u64; AXES],
     /// The length of the path of the linear axes in mm.
@@ -69,7 +68,7 @@ impl Meter {
 
     /// Ends the table of the steps, if there is one.
     pub(crate) fn end_trace(&mut self) -> Result<(), Failure> {
-        self.trace.take().map_or(Ok(()), |trace| trace.finish(Trace::finish))
+        self.trace.take().map_or(Ok(()), Trace::finish)
     }
 
     /// Takes note of what the running motion has done up to now.
@@ -82,9 +81,8 @@ impl Meter {
         let Some(running) = self.running.take() else { return };
         let before = self.path_mm;
         let steps = steps(&running);
-        if let Some(trace) = &self.trace {
-            let Running { began, origin, segment, .. } = &running;
-            trace.with(|trace| trace.add(*began, origin, segment, steps));
+        if let Some(trace) = &mut self.trace {
+            trace.add(running.began, &running.origin, &running.segment, steps);
         }
         if self.references {
             return;

@@ -10,6 +10,7 @@ use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
 use super::meter::Meter;
+use crate::endings::INTERRUPTED;
 use crate::failure::Failure;
 use crate::output;
 use crate::text::{self, explained, shortened, shown_in_line};
@@ -31,6 +32,8 @@ pub(super) enum Why {
     Loops,
     /// Nothing would ever have gone on.
     Waits,
+    /// Somebody has ended it.
+    Interrupted,
 }
 
 impl Why {
@@ -40,6 +43,7 @@ impl Why {
             Why::Done => 0,
             Why::Error => 1,
             Why::Time | Why::Loops | Why::Waits => 3,
+            Why::Interrupted => INTERRUPTED,
         }
     }
 
@@ -51,6 +55,7 @@ impl Why {
             Why::Time => "for",
             Why::Loops => "loops",
             Why::Waits => "waits",
+            Why::Interrupted => "interrupted",
         }
     }
 }

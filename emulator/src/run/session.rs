@@ -270,6 +270,7 @@ impl Session {
                 let s = if rounds == 1 { "" } else { "s" };
                 (Why::Loops, format!("the program has made {rounds} round{s}"))
             }
+            Halt::Interrupted => (Why::Interrupted, format!("it was interrupted, in {place}")),
             Halt::Waiting if self.driver.rounds.last().is_none() && waiting.is_none() => {
                 (Why::Waits, "START did not start the program".to_owned())
             }
@@ -308,11 +309,7 @@ impl Session {
         let baud = self.driver.device().baud();
         let rounds = self.driver.rounds.made();
         self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
-        self.driver.end_recording();
-        self.driver.keep_coverage()?;
-        self.driver.finish_drawing()?;
-        self.driver.end_waves()?;
-        self.driver.meter.end_trace()?;
+        self.driver.finish()?;
         Ok(ExitCode::from(end.why.code()))
     }
 }

@@ -239,6 +239,7 @@ impl Session {
         let place = line.map_or_else(|| "the file".to_owned(), |line| self.report.place(line));
         let (why, text) = match halt {
             Halt::Time => (Why::Time, format!("the time of --for is over, in {place}")),
+            Halt::Interrupted => (Why::Interrupted, format!("it was interrupted, in {place}")),
             Halt::Rounds | Halt::Waiting | Halt::Idling => {
                 (Why::Waits, format!("{place}: {activity}, and nothing will change that"))
             }

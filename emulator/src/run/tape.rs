@@ -58,13 +58,9 @@ impl Tape {
         self.file.add(&Entry::new(at, What::Given { by: Arc::clone(&self.by), given }));
     }
 
-    pub(super) fn end(mut self, device: &impl Device) {
+    /// Ends it, and says why.
+    pub(super) fn end(mut self, device: &impl Device, why: &str) {
         self.state(device);
-        self.over("the run has ended");
-    }
-
-    /// Ends it where it is.
-    pub(super) fn over(self, why: &str) {
         self.file.add(&Entry::new(self.now, What::End(why.to_owned())));
         self.file.finish();
     }

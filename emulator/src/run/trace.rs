@@ -8,7 +8,6 @@ use vimc4_device::{Point, Time};
 use vimc4_motion::Segment;
 
 use crate::failure::Failure;
-use crate::kept::Kept;
 
 /// A table with a row for each step: the time in seconds and the counters, separated by commas.
 pub(crate) struct Trace {
@@ -20,12 +19,8 @@ pub(crate) struct Trace {
 
 impl Trace {
     /// Begins a table of these axes in a file, if one is named. What was in it is gone.
-    pub(crate) fn wanted(
-        path: Option<&Path>,
-        axes: &[&str],
-    ) -> Result<Option<Kept<Trace>>, Failure> {
-        let begun = |path| Kept::new(Trace::new(path, axes)?).ended(Trace::finish);
-        path.map(begun).transpose()
+    pub(crate) fn wanted(path: Option<&Path>, axes: &[&str]) -> Result<Option<Trace>, Failure> {
+        path.map(|path| Trace::new(path, axes)).transpose()
     }
 
     fn new(path: &Path, axes: &[&str]) -> Result<Trace, Failure> {

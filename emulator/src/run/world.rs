@@ -4,14 +4,18 @@ use std::iter;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use vimc4_catalogue::{Machine, Model};
+use vimc4::RecordingFile;
+use vimc4_catalogue::{Controller, Machine, Model};
 use vimc4_device::{Device, Names, Order, OwnedInput, Scenario, SignalId, Verb};
 
 use super::driver::Driver;
+use super::meter::Meter;
 use super::tape::Tape;
+use super::trace::Trace;
 use crate::completions;
 use crate::coverage::Covering;
-use crate::drawing::Shown;
+use crate::drawing::{self, Shown};
+use crate::endings::InOrder;
 use crate::failure::Failure;
 use crate::identity::none_twice;
 use crate::values::duration;
@@ -32,22 +36,22 @@ pub(crate) struct World {
     pub(super) press: Vec<(String, Duration)>,
     /// Let happen what the rules of this file say, as docs/scenarios.md shows
     #[arg(long, value_name = "FILE")]
-    pub(crate) scenario: Option<PathBuf>,
+    scenario: Option<PathBuf>,
     /// Write every step with its time into a file: seconds,X,Y,Z,A
     #[arg(long, value_name = "FILE")]
-    pub(crate) trace: Option<PathBuf>,
+    trace: Option<PathBuf>,
     /// Record everything that goes in and comes out into a new file, which `vimc4 replay` plays; .gz
     /// and .zst are compressed when it ends
     #[arg(long, value_name = "FILE")]
-    pub(crate) record: Option<PathBuf>,
+    record: Option<PathBuf>,
     /// Add what of the controller's commands, answers, states and stops was met to this file, which
     /// `vimc4 coverage` shows
     #[arg(long, value_name = "FILE")]
     coverage: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    shown: Shown,
     #[command(flatten)]
-    pub(crate) drawn: Drawn,
+    drawn: Drawn,
 }
 
 /// What the world around the controller does.
@@ -88,14 +92,34 @@ impl World {
         none_twice(iter::once(run).chain(self.scenario.as_deref()), outputs)
     }
 
-    /// The recording, if there is to be one.
-    pub(crate) fn tape(&self, model: &Model, machine: &Machine) -> Result<Option<Tape>, Failure> {
-        self.record.as_deref().map(|path| Tape::new(path, model, machine)).transpose()
-    }
-
-    /// What counts what is met, if that is wanted.
-    pub(crate) fn covering(&self, model: &Model) -> Result<Option<Covering>, Failure> {
-        self.coverage.as_deref().map(|path| Covering::new(path, model)).transpose()
+    /// What runs this controller and writes what is wanted of that, for a picture of this file.
+    ///
+    /// # Errors
+    ///
+    /// If something cannot be written. What can be known of that before is known before anything is replaced.
+    pub(crate) fn driver(
+        &self,
+        controller: Controller,
+        model: &Model,
+        machine: &Machine,
+        file: &Path,
+        most_rounds: Option<u64>,
+    ) -> Result<Driver, Failure> {
+        if let Some(path) = &self.record {
+            RecordingFile::try_out(path).map_err(Failure::usage)?;
+        }
+        let drawing = self.shown.begin(drawing::frame(file, model, machine))?;
+        let covering =
+            self.coverage.as_deref().map(|path| Covering::new(path, model)).transpose()?;
+        let mut meter = Meter::new(machine);
+        meter.trace = Trace::wanted(self.trace.as_deref(), model.axis_names())?;
+        let sheets = self.drawn.open(None)?;
+        // Up to here it may wait for somebody who reads a pipe. What begins now has an end.
+        let ending = InOrder::begin();
+        let tape =
+            self.record.as_deref().map(|path| Tape::new(path, model, machine)).transpose()?;
+        let driver = Driver::new(controller, meter, most_rounds).heeding(ending);
+        driver.recording(tape).covering(covering).drawing(drawing).waving(sheets, model)
     }
 
     /// What will happen when something else does; nothing without a file.
