@@ -684,8 +684,13 @@ struct Typist {
 
 impl Typist {
     fn new(folder: &Path, arguments: &[&str]) -> Typist {
+        Typist::at(&mut vimc4(folder, &[&["send"], arguments].concat()))
+    }
+
+    /// Somebody at the terminal of any command.
+    fn at(command: &mut Command) -> Typist {
         let (terminal, end) = terminal();
-        let mut process = Process::of(sending_from(folder, arguments, end));
+        let mut process = Process::of(command.stdin(end).spawn().unwrap());
         Typist { said: process.errors(), process, terminal, all: String::new() }
     }
 
@@ -865,6 +870,20 @@ fn onward(err: &str) -> Vec<String> {
     let line = err.lines().find_map(|line| line.strip_prefix("  vimc4 "));
     assert!(line.is_some(), "{err}");
     line.unwrap().split(' ').map(|word| word.trim_matches('\'').to_owned()).collect()
+}
+
+/// Whoever is asked, and presses Ctrl-C, ends the job there.
+#[test]
+fn a_question_in_virtual_time_is_ended_like_the_job() {
+    let folder = Folder::with("IMF_PBL\nMOVEREL X9000\nHALT\nMOVEREL X-9000\n");
+    let run = ["ncp", "run", "job.ncp", "--machine", "mill", "--no-ref", "--record", "job.jsonl"];
+    let mut typist = Typist::at(&mut vimc4(&folder, &run));
+    typist.hears("q ends the job");
+    typist.process.signal(Signal::INT);
+    let (out, _) = typist.ends(130);
+    assert!(out.ends_with("ended     line 3: ended by the operator\n"), "{out}");
+    let recording = fs::read_to_string(folder.join("job.jsonl")).unwrap();
+    assert!(recording.ends_with("\"end\":\"the run was interrupted\"}\n"), "{recording}");
 }
 
 #[test]
