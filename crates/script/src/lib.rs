@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
+use vimc4_ncp::language::BYTE_ORDER_MARK;
 
 mod sort;
 mod work;
@@ -167,7 +168,7 @@ impl Script {
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
     /// `;` or `#`, which no command does, mean nothing.
     pub fn parse(bytes: &[u8]) -> Option<Script> {
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
         let mut lines = Vec::new();
         let (mut axes, mut model, mut machine) = (None, None, None);
         for (number, line) in (1..).zip(split(bytes)) {

@@ -7,47 +7,56 @@ use vimc4_ncp::language;
 #[must_use]
 pub fn is_job(bytes: &[u8]) -> bool {
     let text = language::decode(bytes);
-    let mut names = language::lines(&text).filter_map(|line| {
-        let line = line.text.trim_start_matches([' ', '\t']);
+    let known = |text: &str| {
+        let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
+        text.get(..end.unwrap_or(text.len()))
+            .is_some_and(|it| language::reference::find(it).is_some())
+    };
+    telling(&text).next().is_some_and(|line| {
         // The number of a line says nothing.
         let behind = line.strip_prefix(['N', 'n']).map(|rest| {
             rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
         });
-        let word = |text: &str| {
-            let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
-            text[..end.unwrap_or(text.len())].to_owned()
-        };
-        let says_nothing = line.is_empty() || line.starts_with([';', '#', '(']);
-        (!says_nothing).then(|| (word(line), behind.map(word)))
-    });
-    let known = |name: &str| language::reference::find(name).is_some();
-    names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
+        known(line) || behind.is_some_and(known)
+    })
 }
 
-/// Whether a file begins as plot files do: with two capital letters that are a command of HPGL,
-/// with `!` and two, or with an escape sequence for the plotter.
+/// Whether the first line that says something begins as plot files do: with two capital letters
+/// that are a command of HPGL, with `!` and two, or with an escape sequence for the plotter.
 #[must_use]
 pub fn is_plot(bytes: &[u8]) -> bool {
-    const BEGINNINGS: [&[u8]; 19] = [
-        b"IN", b"PA", b"PR", b"PU", b"PD", b"SP", b"VS", b"OS", b"OH", b"IW", b"IP", b"SC", b"AA",
-        b"AR", b"CI", b"LT", b"DF", b"EA", b"ER",
+    const BEGINNINGS: [&str; 19] = [
+        "IN", "PA", "PR", "PU", "PD", "SP", "VS", "OS", "OH", "IW", "IP", "SC", "AA", "AR", "CI",
+        "LT", "DF", "EA", "ER",
     ];
-    let rest = bytes.trim_ascii_start();
-    if rest.starts_with(b"\x1B.") {
+    let text = language::decode(bytes);
+    // To a plotter a semicolon is an end: what is a comment from there on may be all of a plot.
+    let first = telling(&text).next().or_else(|| begun(&text).strip_prefix(';'));
+    let first = first.unwrap_or_default();
+    if first.starts_with("\x1B.") {
         return true;
     }
-    if let [b'!', one, other, ..] = rest {
+    if let [b'!', one, other, ..] = first.as_bytes() {
         return one.is_ascii_uppercase() && other.is_ascii_uppercase();
     }
-    let (name, behind) = rest.split_at(rest.len().min(2));
-    let ends = match behind.first() {
+    BEGINNINGS.iter().filter_map(|name| first.strip_prefix(name)).any(|behind| {
         // The next command may follow at once, but a longer word is not a command.
-        Some(byte) if byte.is_ascii_alphabetic() => {
-            BEGINNINGS.iter().any(|next| behind.starts_with(next))
-        }
-        _ => true,
-    };
-    BEGINNINGS.contains(&name) && ends
+        !behind.starts_with(|c: char| c.is_ascii_alphabetic())
+            || BEGINNINGS.iter().any(|next| behind.starts_with(next))
+    })
+}
+
+/// The lines that say something, each from where it does. Comments do not, whichever kind of file
+/// they are of.
+fn telling(text: &str) -> impl Iterator<Item = &str> {
+    let lines = language::lines(text).map(|line| begun(line.text));
+    lines.filter(|line| !line.is_empty() && !line.starts_with([';', '#', '(']))
+}
+
+/// A text from its first character that no reader passes over: blanks and controls begin no command,
+/// and NULs fill plots up; but ESC is for the plotter.
+fn begun(text: &str) -> &str {
+    text.trim_start_matches(|c: char| c == ' ' || c.is_ascii_control() && c != '\x1B')
 }
 
 /// Why this model takes no jobs, and which take them.
@@ -73,14 +82,44 @@ mod tests {
 
     #[test]
     fn plot_files_are_told_from_the_others() {
-        for plot in
-            ["IN;PA1,2;", "\r\n!CT1;", "PU10,20;", "INPA5,5", "SP1;", "IN", "PA 5 6", "\x1B.(;IN;"]
-        {
-            assert!(is_plot(plot.as_bytes()), "{plot}");
+        for plot in [
+            "IN;PA1,2;",
+            "\r\n!CT1;",
+            "PU10,20;",
+            "INPA5,5",
+            "SP1;",
+            "IN",
+            "PA 5 6",
+            "\x1B.(;IN;",
+            // What stands before the first command of a plot.
+            "\u{FEFF}IN;PA1,2;",
+            "\u{FEFF}; a board\r\nIN;PA1,2;",
+            "# a board\n\n \t; of 1999\nIN;",
+            "(a board)\rPU;",
+            ";IN;PA1,2;",
+            "\0\0\nIN;",
+        ] {
+            assert!(is_plot(plot.as_bytes()), "{plot:?}");
         }
-        for other in ["IMF_PBL", "INITTOOL", "PATH", "PLANE XY", "@07", "71", "; IN;", "", "REF X"]
-        {
-            assert!(!is_plot(other.as_bytes()), "{other}");
+        assert!(is_plot(b"; Gr\xFC\xDFe\nIN;"));
+        for other in [
+            "IMF_PBL",
+            "INITTOOL",
+            "PATH",
+            "PLANE XY",
+            "@07",
+            "71",
+            "; IN;",
+            "",
+            "REF X",
+            ";IN;\n@07",
+            "; IN;\n71\n9",
+            "# PA1,2;\nIMF_PBL\nREF X",
+            ";PA\n0 100,500\n9",
+            "\u{FEFF}@07",
+            "\u{FEFF}",
+        ] {
+            assert!(!is_plot(other.as_bytes()), "{other:?}");
         }
     }
 
@@ -90,10 +129,12 @@ mod tests {
             let handling = Handling::of(&model(on).expect("a built-in model"));
             Script::of(name, file.as_bytes(), &handling).expect_err("it is for another controller")
         };
-        assert_eq!(
-            refused("board.plt", "IN;PA1,2;", "imc4"),
-            "board.plt is a plot file, and the imc4 speaks isel's @-format; choose one of smcu, motionsystem"
-        );
+        for plot in ["IN;PA1,2;", "\u{FEFF}; a board\nIN;PA1,2;"] {
+            assert_eq!(
+                refused("board.plt", plot, "imc4"),
+                "board.plt is a plot file, and the imc4 speaks isel's @-format; choose one of smcu, motionsystem"
+            );
+        }
         assert_eq!(
             refused("plate.ncp", "IMF_PBL_V1.0\nN1 MOVEABS X1;", "smcu"),
             "plate.ncp is a job file, and the smcu does not speak isel's @-format; choose one of imc4, \

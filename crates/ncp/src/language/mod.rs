@@ -18,7 +18,7 @@ pub use command::*;
 pub use lenient::g_code;
 pub use parse::parse;
 pub use problem::{Excerpt, Problem};
-pub use text::{Lines, TextLine, decode, lines};
+pub use text::{BYTE_ORDER_MARK, Lines, TextLine, decode, lines};
 pub use value::{NotAValue, Value};
 
 #[cfg(test)]

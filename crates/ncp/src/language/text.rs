@@ -9,13 +9,13 @@ use super::command::Span;
 const END_OF_FILE: u8 = 0x1A;
 
 /// What some editors put before the first byte of a text in UTF-8.
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+pub const BYTE_ORDER_MARK: &str = "\u{FEFF}";
 
 /// The text of a file: UTF-8, or else Windows-1252, in which the programs for Windows wrote
 /// umlauts in comments. An end of file as DOS has it ends the text.
 #[must_use]
 pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
-    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
     let end = bytes.iter().position(|&byte| byte == END_OF_FILE).unwrap_or(bytes.len());
     let (bytes, _) = bytes.split_at(end);
     match str::from_utf8(bytes) {
