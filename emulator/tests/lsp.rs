@@ -275,6 +275,38 @@ fn a_byte_order_mark_is_no_problem_and_shifts_nothing() {
 }
 
 #[test]
+fn a_byte_order_mark_stays_before_all_that_is_mended() {
+    let behind = json!({ "line": 0, "character": 1 });
+    let empty = json!({ "start": behind, "end": behind });
+    let mut editor = Editor::with("\u{feff}REF X\n");
+    assert_eq!(editor.problems(Some(1)), [problem("mark-missing", 2, [0, 1, 0, 1])]);
+    let before = json!({ "line": 0, "character": 0 });
+    for range in [json!({ "start": before, "end": before }), empty.clone()] {
+        let told = json!({ "range": empty, "code": "mark-missing", "message": "" });
+        let actions = editor.ask(
+            "textDocument/codeAction",
+            json!({
+                "textDocument": { "uri": FILE }, "range": range, "context": { "diagnostics": [told] },
+            }),
+        );
+        let action = &actions.unwrap()[0];
+        assert_eq!(action["title"], "Mark the file as a job");
+        assert_eq!(action["diagnostics"][0]["code"], "mark-missing");
+        let edit = &action["edit"]["changes"][FILE][0];
+        assert_eq!((&edit["range"], &edit["newText"]), (&empty, &json!("IMF_PBL\n")));
+    }
+    let mut format = |version, text: &str| {
+        editor.change(version, json!({ "text": text }));
+        let options = json!({ "tabSize": 4, "insertSpaces": true });
+        let asked = json!({ "textDocument": { "uri": FILE }, "options": options });
+        editor.ask("textDocument/formatting", asked).unwrap()
+    };
+    assert_eq!(format(2, "\u{feff}IMF_PBL\nREF XYZ\n"), json!([]));
+    let within = json!({ "start": behind, "end": { "line": 0, "character": 8 } });
+    assert_eq!(format(3, "\u{feff} ref  x\n"), json!([{ "range": within, "newText": "REF X" }]));
+}
+
+#[test]
 fn commands_and_words_are_explained() {
     let mut editor = Editor::with("; 𝄞\nN5 moveabs x5000 ; there\n");
     let hover = editor.ask_at("hover", 1, 4).unwrap();

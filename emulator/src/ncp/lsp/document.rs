@@ -3,73 +3,61 @@
 use std::ops;
 
 use lsp_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
-
-/// What some editors put before the first character of a text.
-const BYTE_ORDER_MARK: char = '\u{FEFF}';
+use vimc4_ncp::language::BYTE_ORDER_MARK;
 
 /// A file that is open in the editor.
 ///
 /// Editors count lines that end with LF, CR LF or CR, and UTF-16 code units in them; everything
-/// else here counts bytes.
+/// else here counts bytes. Where a file has a byte order mark, editors count it too, and its text
+/// begins behind it.
 #[derive(Clone, Debug)]
 pub(super) struct Document {
     pub(super) uri: Uri,
     pub(super) version: i32,
     /// Whether it has changed since it was checked.
     pub(super) is_new: bool,
-    text: String,
-    /// Where its lines begin.
+    /// All that the editor has.
+    whole: String,
+    /// Where the lines of that begin.
     starts: Vec<usize>,
 }
 
 impl Document {
-    pub(super) fn new(uri: Uri, version: i32, text: String) -> Document {
-        let mut document = Document { uri, version, is_new: true, text, starts: Vec::new() };
-        document.read();
-        document
+    pub(super) fn new(uri: Uri, version: i32, whole: String) -> Document {
+        let starts = starts(&whole);
+        Document { uri, version, is_new: true, whole, starts }
     }
 
-    /// What the editor has.
+    /// What the file says.
     pub(super) fn text(&self) -> &str {
-        &self.text
+        self.whole.get(self.begins()..).unwrap_or_default()
     }
 
     /// Follows a change. Without a range the whole text is new.
     pub(super) fn change(&mut self, change: TextDocumentContentChangeEvent) {
         match change.range {
-            Some(range) => self.text.replace_range(self.bytes(range), &change.text),
-            None => self.text = change.text,
+            Some(range) => {
+                let (start, end) = (self.place(range.start), self.place(range.end));
+                self.whole.replace_range(start..end.max(start), &change.text);
+            }
+            None => self.whole = change.text,
         }
-        self.read();
+        self.starts = starts(&self.whole);
         self.is_new = true;
     }
 
-    /// Takes in a text that is new. A byte order mark says nothing: a blank, which counts as many units,
-    /// takes its place.
-    fn read(&mut self) {
-        if self.text.starts_with(BYTE_ORDER_MARK) {
-            self.text.replace_range(..BYTE_ORDER_MARK.len_utf8(), " ");
-        }
-        self.starts = starts(&self.text);
-    }
-
-    /// The byte at a position; a position beyond a line is at its end.
+    /// The byte of the text at a position; a position beyond a line is at its end, and one before a
+    /// byte order mark is behind it.
     pub(super) fn offset(&self, position: Position) -> usize {
-        let line = self.line(position.line as usize);
-        let text = self.text.get(line.clone()).unwrap_or_default().trim_end_matches(['\r', '\n']);
-        let mut units = 0;
-        let before = text.char_indices().find(|(_, character)| {
-            units += character.len_utf16();
-            units > position.character as usize
-        });
-        line.start + before.map_or(text.len(), |(at, _)| at)
+        self.place(position).saturating_sub(self.begins())
     }
 
-    /// The position of a byte.
+    /// The position of a byte of the text.
     pub(super) fn position(&self, offset: usize) -> Position {
-        let line = self.starts.partition_point(|start| *start <= offset).saturating_sub(1);
+        let place = self.begins() + offset;
+        let line = self.starts.partition_point(|start| *start <= place).saturating_sub(1);
         let start = self.line(line).start;
-        let before = self.text.get(start..offset).unwrap_or_default();
+        let before = self.whole.get(start..place).unwrap_or_default();
         Position { line: line as u32, character: before.encode_utf16().count() as u32 }
     }
 
@@ -84,9 +72,27 @@ impl Document {
         start..end.max(start)
     }
 
-    /// The bytes of a line with its end; nothing, behind everything, for a line there is not.
+    /// Where the text begins in the whole.
+    fn begins(&self) -> usize {
+        if self.whole.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 }
+    }
+
+    /// The byte of the whole at a position.
+    fn place(&self, position: Position) -> usize {
+        let line = self.line(position.line as usize);
+        let text = self.whole.get(line.clone()).unwrap_or_default().trim_end_matches(['\r', '\n']);
+        let mut units = 0;
+        let before = text.char_indices().find(|(_, character)| {
+            units += character.len_utf16();
+            units > position.character as usize
+        });
+        line.start + before.map_or(text.len(), |(at, _)| at)
+    }
+
+    /// The bytes of a line of the whole with its end; nothing, behind everything, for a line there
+    /// is not.
     fn line(&self, number: usize) -> ops::Range<usize> {
-        let start = |number| self.starts.get(number).copied().unwrap_or(self.text.len());
+        let start = |number| self.starts.get(number).copied().unwrap_or(self.whole.len());
         start(number)..start(number.saturating_add(1))
     }
 }
@@ -144,6 +150,26 @@ mod tests {
         assert_eq!(document.offset(at(9, 0)), 8);
         assert_eq!(document.offset(at(u32::MAX, u32::MAX)), 8);
         assert_eq!(document.position(99), at(1, 0));
+    }
+
+    #[test]
+    fn the_text_begins_behind_a_byte_order_mark() {
+        let mut document = document("\u{FEFF}REF X\nHALT");
+        assert_eq!(document.text(), "REF X\nHALT");
+        for (offset, position) in [(0, at(0, 1)), (5, at(0, 6)), (6, at(1, 0)), (10, at(1, 4))] {
+            assert_eq!(document.position(offset), position, "{offset}");
+            assert_eq!(document.offset(position), offset, "{position:?}");
+        }
+        assert_eq!(document.offset(at(0, 0)), 0);
+        // It is as much the editor's as all else.
+        let mut change = |start, end, text: &str| {
+            let (range, text) = (Some(Range { start, end }), text.to_owned());
+            document.change(TextDocumentContentChangeEvent { range, range_length: None, text });
+            (document.text().to_owned(), document.position(0))
+        };
+        assert_eq!(change(at(0, 1), at(0, 4), "REF Y"), ("REF Y X\nHALT".to_owned(), at(0, 1)));
+        assert_eq!(change(at(0, 0), at(0, 8), "VEL"), ("VEL\nHALT".to_owned(), at(0, 0)));
+        assert_eq!(change(at(0, 0), at(0, 0), "\u{FEFF}"), ("VEL\nHALT".to_owned(), at(0, 1)));
     }
 
     #[test]
