@@ -30,7 +30,7 @@ use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
-use vimc4_script::{Kind, Script, ScriptLine, is_job, is_plot};
+use vimc4_script::{Kind, Script, ScriptLine, is_job, suits};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use whereabouts::Doubt;
@@ -121,14 +121,10 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let model = vimc4::model(job.setup.model())?;
     file::no_g_code(&name, &bytes)?;
     let handling = Handling::of(&model);
+    // Who named no model may have the right controller.
+    suits(&name, &bytes, &handling)
+        .map_err(|why| Failure::usage(format!("{why}, with --model")))?;
     if handling.takes_stream {
-        if is_job(&bytes) {
-            return Err(Failure::usage(format!(
-                "{name} is a job file, which is for controllers that speak isel's @-format, and the \
-                 model {} takes plot files; name the controller's model with --model",
-                model.name()
-            )));
-        }
         not_for(job_options(arguments), &name, "plot file")?;
         let machine = vimc4::machine(job.setup.machine())?;
         let work = plot::work(&name, &bytes, &text, &handling)?;
@@ -137,13 +133,6 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
         sending.what = What::Plot;
         sending.agree(&rehearsal, None)?;
         return sending.run(work, rehearsal);
-    }
-    if is_plot(&bytes) {
-        return Err(Failure::usage(format!(
-            "{name} is a plot file, and the model {} speaks isel's @-format; add --model smcu or \
-             --model motionsystem",
-            job.setup.model()
-        )));
     }
     let mut site = job.site()?;
     // Where a WPTEACH stands before the line to go on with, the zero is the one found there.

@@ -1004,9 +1004,22 @@ fn a_plot_ends_with_its_error_and_the_next_is_taken() {
 #[test]
 fn a_plot_without_its_model_is_told_so() {
     let folder = Folder::new();
-    fs::write(folder.join("plot.plt"), PLOT).unwrap();
-    let (_, err) = ends(&folder, &["send", "plot.plt", "--to", "nowhere"], 2);
-    assert!(err.contains("plot.plt is a plot file") && err.contains("--model smcu"), "{err}");
+    let said = |arguments: &[&str]| {
+        let (_, err) = ends(&folder, arguments, 2);
+        err.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for plot in [PLOT.to_owned(), format!("\u{feff}; a board\n{PLOT}")] {
+        fs::write(folder.join("plot.plt"), plot).unwrap();
+        let err = said(&["send", "plot.plt", "--to", "nowhere"]);
+        assert!(
+            err.contains("plot.plt is a plot file, and the imc4 speaks isel's @-format"),
+            "{err}"
+        );
+        assert!(err.ends_with("choose one of smcu, motionsystem, with --model"), "{err}");
+    }
+    fs::write(folder.join("board.LMD"), b"LMD\0\x01\0\0\0PA1,2;").unwrap();
+    let err = said(&["send", "board.LMD", "--to", "nowhere", "--model", "smcu"]);
+    assert!(err.contains("board.LMD is binary, LMD, ") && err.contains("plot it"), "{err}");
     fs::write(folder.join("pairs.plt"), "IN;\nPU10,20;PD30,40;\n").unwrap();
     let pairs = ["send", "pairs.plt", "--to", "nowhere", "--model", "smcu"];
     let (_, err) = ends(&folder, &pairs, 1);
@@ -1979,7 +1992,9 @@ fn a_plot_for_lpkf_at_a_controller_of_isel_is_told_so() {
     assert!(err.contains("is an isel controller (it says `5`)"), "{err}");
     fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\n").unwrap();
     let (_, err) = ends(&folder, &["send", "job.ncp", "--model", "smcu", "--to", &port], 2);
-    assert!(err.contains("job.ncp is a job file") && err.contains("--model"), "{err}");
+    let err = err.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(err.contains("job.ncp is a job file, and the smcu does not speak isel's"), "{err}");
+    assert!(err.contains("choose one of imc4, ") && err.ends_with(", with --model"), "{err}");
     let wide: Vec<u8> = "IMF_PBL\nREF XYZ\n".bytes().flat_map(|byte| [byte, 0]).collect();
     fs::write(folder.join("wide.ncp"), wide).unwrap();
     let (_, err) = ends(&folder, &["ncp", "check", "wide.ncp"], 2);

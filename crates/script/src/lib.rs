@@ -10,7 +10,7 @@ use vimc4_ncp::language::BYTE_ORDER_MARK;
 
 mod sort;
 mod work;
-pub use sort::{is_job, is_plot};
+pub use sort::{is_job, suits};
 pub use work::{Host, number, said, storing, takes_jobs, target, told};
 
 /// A file of commands.
@@ -106,13 +106,7 @@ impl Script {
     ///
     /// Why there is none in it, as a sentence.
     pub fn of(name: &str, bytes: &[u8], handling: &Handling) -> Result<Script, String> {
-        let model = handling.model();
-        if handling.takes_stream && is_job(bytes) {
-            return Err(format!("{name} is a job file, and {}", sort::no_jobs(model)));
-        }
-        if !handling.takes_stream && is_plot(bytes) {
-            return Err(format!("{name} is a plot file, and {}", sort::no_plots(model)));
-        }
+        suits(name, bytes, handling)?;
         if handling.takes_stream && is_binary(bytes) {
             let lmd = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("lmd"));
             let what = match lmd {

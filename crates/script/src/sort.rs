@@ -21,10 +21,25 @@ pub fn is_job(bytes: &[u8]) -> bool {
     })
 }
 
+/// Refuses a job for a controller that takes no jobs, and a plot for one that takes no plots.
+///
+/// # Errors
+///
+/// What it is, and which models take it, as a sentence.
+pub fn suits(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), String> {
+    let model = handling.model();
+    if handling.takes_stream && is_job(bytes) {
+        return Err(format!("{name} is a job file, and {}", no_jobs(model)));
+    }
+    if !handling.takes_stream && is_plot(bytes) {
+        return Err(format!("{name} is a plot file, and {}", no_plots(model)));
+    }
+    Ok(())
+}
+
 /// Whether the first line that says something begins as plot files do: with two capital letters
 /// that are a command of HPGL, with `!` and two, or with an escape sequence for the plotter.
-#[must_use]
-pub fn is_plot(bytes: &[u8]) -> bool {
+fn is_plot(bytes: &[u8]) -> bool {
     const BEGINNINGS: [&str; 19] = [
         "IN", "PA", "PR", "PU", "PD", "SP", "VS", "OS", "OH", "IW", "IP", "SC", "AA", "AR", "CI",
         "LT", "DF", "EA", "ER",
@@ -69,7 +84,7 @@ pub(crate) fn no_jobs(model: &Model) -> String {
 }
 
 /// Why this model takes no plots, and which take them.
-pub(crate) fn no_plots(own: &Model) -> String {
+fn no_plots(own: &Model) -> String {
     let takes = |name: &&str| model(name).is_ok_and(|model| Handling::of(&model).takes_stream);
     let others: Vec<&str> = models().into_iter().filter(takes).collect();
     format!("the {} speaks isel's @-format; choose one of {}", own.name(), others.join(", "))

@@ -16,12 +16,7 @@ pub(super) fn work(
     text: &str,
     handling: &Handling,
 ) -> Result<Work<'static>, Failure> {
-    let script = Script::stream(bytes, handling).filter(|script| !script.lines.is_empty());
-    let Some(script) = script else {
-        return Err(Failure::usage(format!(
-            "{name} holds no command; a plot file has some such as PA1000,2000;"
-        )));
-    };
+    let script = Script::of(name, bytes, handling).map_err(Failure::usage)?;
     // What makes a controller say when a command is completed, and heed the stop at the machine;
     // `IN` ends both.
     let ready = |line| {
