@@ -5,6 +5,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde_json::{Map, Value};
+use vimc4_control::{Clock, ClockError};
 use vimc4_device::{NotADuration, parse_duration};
 
 use crate::problem::{Kind, Problem};
@@ -268,6 +269,31 @@ pub fn span_of(text: &str) -> Result<Duration, Problem> {
             }
         };
         Problem::new(Kind::NotUnderstood, format!("the span `{text}` {wrong}"), remedy)
+    })
+}
+
+/// A clock as a request says it, of a controller whose clock changes to these, as [the answer about it] names
+/// them.
+///
+/// # Errors
+///
+/// If it is none.
+///
+/// [the answer about it]: crate::seen::clock
+pub fn clock_of(text: &str, changes_to: &[&str]) -> Result<Clock, Problem> {
+    text.parse().map_err(|_: ClockError| {
+        let name = |clock: &&str| match *clock {
+            "speed" => ClockError::SPEEDS.to_owned(),
+            other => other.to_owned(),
+        };
+        let names: Vec<String> = changes_to.iter().rev().map(name).collect();
+        let remedy = match names.is_empty() {
+            true => {
+                "leave this one as it is: only a clock that runs by itself can change".to_owned()
+            }
+            false => format!("send {}", names.join(", ")),
+        };
+        Problem::new(Kind::NotUnderstood, format!("`{text}` is not a clock"), remedy)
     })
 }
 

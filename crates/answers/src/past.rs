@@ -6,7 +6,7 @@ use std::num::NonZeroU64;
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_control::{Report, Sink, What};
-use vimc4_debug::{DebugError, Debugger, Directive, Remedy, Wired};
+use vimc4_debug::{CANCELLED, DebugError, Debugger, Directive, Remedy, Wired};
 use vimc4_device::{
     CommandNumber, Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape,
     show_nanos,
@@ -25,9 +25,26 @@ pub fn line_remedy(line: &str) -> String {
     }
 }
 
-/// The remedy of a look at the past that says none itself.
-pub const PAST_REMEDY: &str =
-    "GET the history, which tells the moments and the branches that there are";
+/// Why a line of the debugger was refused.
+#[must_use]
+pub fn wrong_line(line: &str, why: &str) -> Problem {
+    refused(why, &line_remedy(line))
+}
+
+/// Why a look at the past was refused.
+#[must_use]
+pub fn wrong_look(why: &str) -> Problem {
+    refused(why, "GET the history, which tells the moments and the branches that there are")
+}
+
+/// Why the debugger has refused something, with this remedy if it says none itself. With a request that was
+/// cancelled nothing was wrong: it is refused as a journey is that was given up.
+fn refused(why: &str, otherwise: &str) -> Problem {
+    match why {
+        CANCELLED => Problem::new(Kind::NotNow, why, "ask again, and let it come to its end"),
+        why => Problem::said(Kind::NotUnderstood, why, otherwise),
+    }
+}
 
 /// So far ahead is worked out what would come of something that is done in the past.
 const AHEAD: u64 = 60_000_000_000;
@@ -476,4 +493,19 @@ impl Lived {
 #[must_use]
 pub fn is_on_way<D: Device>(history: &History<D>, place: Place, to: Place) -> bool {
     way(history, to).iter().any(|on| on.branch == place.branch && place.moment <= on.moment)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_cancelled_was_not_wrong() {
+        for problem in [wrong_line("why", CANCELLED), wrong_look(CANCELLED)] {
+            assert_eq!(problem.status(), 409, "{problem:?}");
+            assert!(problem.document()["remedy"].as_str().is_some_and(|it| it.contains("again")));
+        }
+        assert_eq!(wrong_line("whi", "there is no command `whi`").status(), 422);
+        assert_eq!(wrong_look("there is no branch 5").status(), 422);
+    }
 }

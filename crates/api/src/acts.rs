@@ -6,10 +6,10 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
-    BreakpointId, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order, Pause,
-    Scenario, ScenarioNumber, Time,
+    BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order,
+    Pause, Scenario, ScenarioNumber, Time,
 };
-use vimc4_answers::fields::{bytes_of, no_such, span_of};
+use vimc4_answers::fields::{bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
 use vimc4_answers::log::Wanted;
 use vimc4_answers::past::{self, Sight};
@@ -234,13 +234,18 @@ pub(crate) async fn clock(call: Call) -> Outcome {
     let control = &call.controller()?.control;
     let (now, clock, paused) = (control.now(), control.clock(), control.paused());
     let (now, clock, paused) = (now.await?, clock.await?, paused.await?);
-    // One that runs by itself can change its speed, and that is all.
-    let changes_to: &[&str] = if clock.rate().is_some() { &["speed"] } else { &[] };
-    Answer::json(&seen::clock(now, clock, paused.as_ref(), changes_to))
+    Answer::json(&seen::clock(now, clock, paused.as_ref(), changes_to(clock)))
+}
+
+/// One that runs by itself can change its speed, and that is all.
+fn changes_to(clock: Clock) -> &'static [&'static str] {
+    if clock.rate().is_some() { &["speed"] } else { &[] }
 }
 
 pub(crate) async fn set_clock(call: Call) -> Outcome {
-    call.controller()?.control.set_clock(call.text("clock").parse()?).await?;
+    let control = &call.controller()?.control;
+    let wanted = clock_of(call.text("clock"), changes_to(control.clock().await?))?;
+    control.set_clock(wanted).await?;
     clock(call).await
 }
 

@@ -13,7 +13,7 @@ use tokio::time::timeout;
 use vimc4::{Control, ControlError, Names, Sink, Time};
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::HISTORY;
-use vimc4_answers::past::{Goal, PAST_REMEDY, Sight, line_remedy};
+use vimc4_answers::past::{Goal, Sight, wrong_line, wrong_look};
 use vimc4_answers::problem::{Kind, Problem};
 
 use crate::holding::{Ends, Holding};
@@ -99,17 +99,13 @@ pub(crate) enum Question {
 /// As JSON, or why there is nothing.
 type Said = Result<String, Problem>;
 
-fn wrong(why: String) -> Problem {
-    Problem::said(Kind::NotUnderstood, &why, PAST_REMEDY)
-}
-
 /// What a debugger says to it.
 fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
+    let wrong = |why: String| wrong_look(&why);
     match question {
         Question::View => return Ok(debugger.view().to_string()),
         Question::Line(line) => {
-            let wrong = |why: String| Problem::said(Kind::NotUnderstood, &why, &line_remedy(&line));
-            let text = debugger.carry_out(&line).map_err(wrong)?;
+            let text = debugger.carry_out(&line).map_err(|why| wrong_line(&line, &why))?;
             return Ok(json!({ "text": text }).to_string());
         }
         Question::Entries(branch, names) => return entries(debugger, branch, &names),
@@ -134,7 +130,7 @@ fn answer(debugger: &mut dyn Debugging, question: Question) -> Said {
 /// What happened on a branch, as entries of the journal have it.
 fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> Said {
     let feed = Feed::new(Arc::new(|| {}));
-    let before = debugger.happened(branch, &mut feed.sink()).map_err(wrong)?;
+    let before = debugger.happened(branch, &mut feed.sink()).map_err(|why| wrong_look(&why))?;
     let part = feed.after(before, HISTORY);
     let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();
     let (first, last) = (part.first.max(before + 1), part.last);

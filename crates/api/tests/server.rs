@@ -269,6 +269,9 @@ fn time_is_led() {
     // What does not run by itself has no speed.
     let speed = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "8x" }));
     assert_eq!(speed.status, 409);
+    let none = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "0x" }));
+    assert_eq!(none.status, 422);
+    assert!(none.json()["remedy"].as_str().is_some_and(|it| it.starts_with("leave this one")));
     assert_eq!(post("/clock/step", Value::Null).status, 409);
 
     let served = serve(Clock::Real, 1, None);
@@ -276,6 +279,13 @@ fn time_is_led() {
     let clock = || served.get("/v1/controllers/1/clock").json();
     let speed = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "1000x" }));
     assert_eq!(speed.json()["clock"], "1000x");
+    // The remedy has only what one that runs by itself can change to.
+    let wrong = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "0x" }));
+    assert_eq!((wrong.status, &wrong.json()["detail"]), (422, &json!("`0x` is not a clock")));
+    assert_eq!(
+        wrong.json()["remedy"],
+        "send real, or a factor from 0.001x to 1000000x such as 8x or 0.5x"
+    );
     assert_eq!(clock()["paused"], Value::Null);
     assert_eq!(post("/clock/pause").status, 200);
     let paused = clock();

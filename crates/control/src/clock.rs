@@ -72,10 +72,13 @@ impl FromStr for Clock {
 
 /// A word that names no clock.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "`{0}` is not a clock; use real, instant, manual, or a factor from 0.001x to 1000000x such as 8x or 0.5x"
-)]
+#[error("`{0}` is not a clock; use manual, instant, {speeds}", speeds = ClockError::SPEEDS)]
 pub struct ClockError(String);
+
+impl ClockError {
+    /// The clocks that run by themselves, for people.
+    pub const SPEEDS: &str = "real, or a factor from 0.001x to 1000000x such as 8x or 0.5x";
+}
 
 /// Model time per wall time, as an exact fraction: rounding a factor such as 0.1 would make the
 /// times of a long run depend on the machine.

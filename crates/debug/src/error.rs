@@ -21,6 +21,9 @@ pub enum Remedy {
     Numbers,
 }
 
+/// What is said where somebody has had enough before it was done, which is nobody's mistake.
+pub const CANCELLED: &str = "cancelled";
+
 /// For those who type lines.
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -35,6 +38,11 @@ impl DebugError {
     /// A sentence without its full stop, which begins in lower case.
     pub(crate) fn new(message: impl Into<String>) -> DebugError {
         DebugError { message: message.into(), remedy: None, failed: false }
+    }
+
+    /// Somebody has had enough.
+    pub(crate) fn cancelled() -> DebugError {
+        DebugError::new(CANCELLED)
     }
 
     /// The same with what lists what there is.

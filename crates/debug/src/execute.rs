@@ -98,7 +98,7 @@ impl Debugger {
             }
             "breakpoints" => {
                 if !self.count_hits(|_| true, progress) {
-                    return Err(DebugError::new("cancelled"));
+                    return Err(DebugError::cancelled());
                 }
                 let names = self.names();
                 let list = self.breakpoints().iter();
@@ -472,7 +472,7 @@ impl Debugger {
         self.forget_beyond(known);
         self.history_mut().drain();
         match found {
-            vimc4_timeline::Found::GivenUp => Err(DebugError::new("cancelled")),
+            vimc4_timeline::Found::GivenUp => Err(DebugError::cancelled()),
             _ => Ok(Answer::Notes(notes, more)),
         }
     }

@@ -40,7 +40,7 @@ pub use answer::{Answer, Watched, Where};
 pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options, Trigger};
 pub use complete::{Candidate, Completion};
 pub use debugger::{Bookmark, Debugger, uninterrupted};
-pub use error::{DebugError, Remedy};
+pub use error::{CANCELLED, DebugError, Remedy};
 pub use execute::{script, span};
 pub use expression::Expression;
 pub use feed::{Feed, Piece, Refused};

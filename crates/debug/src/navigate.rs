@@ -543,7 +543,7 @@ impl Debugger {
         let line = self.source.as_ref().and_then(|source| source.line_of(number));
         let what = line.map_or_else(|| format!("command {number}"), |line| format!("line {line}"));
         let wrong = match (found, waits, refused) {
-            (Found::GivenUp, ..) => "cancelled".to_owned(),
+            (Found::GivenUp, ..) => return Err(DebugError::cancelled()),
             (_, Some(waits), _) => format!("before {what}, {waits}"),
             (_, _, Some(refused)) => format!("{what} was not sent here: {refused}"),
             _ => {

@@ -172,7 +172,7 @@ impl Debugger {
         }
         // Both futures, first as far as they are known, and then as long as something happens.
         let found = first_difference(ours, theirs, given, &inputs, end, progress);
-        let Some((until, found)) = found else { return Err(DebugError::new("cancelled")) };
+        let Some((until, found)) = found else { return Err(DebugError::cancelled()) };
         let (at, left) = match found {
             Ok(apart) => (Some(apart), Vec::new()),
             Err(left) => (None, left),
@@ -287,7 +287,7 @@ fn run_to(
 ) -> Result<(), DebugError> {
     let found = history.seek_next(at, &mut Walk::new(crate::Way::Forward), progress);
     if found == Found::GivenUp {
-        return Err(DebugError::new("cancelled"));
+        return Err(DebugError::cancelled());
     }
     history.run_to(at);
     history.drain();

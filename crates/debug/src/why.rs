@@ -307,7 +307,7 @@ impl Debugger {
         });
         self.history_mut().go_back_to(begin);
         self.history_mut().drain();
-        if has_had_enough { Err(DebugError::new("cancelled")) } else { chain }
+        if has_had_enough { Err(DebugError::cancelled()) } else { chain }
     }
 
     /// The same, wherever that leads. If it is given up the chain is incomplete.
@@ -890,7 +890,7 @@ impl Debugger {
         match self.history_mut().seek_last_or_here(&mut walk, progress) {
             Found::Here => {}
             Found::Nowhere => return Ok(None),
-            Found::GivenUp => return Err(DebugError::new("cancelled")),
+            Found::GivenUp => return Err(DebugError::cancelled()),
         }
         let (place, at) = (self.place(), self.now());
         let after = field.value(self.device(), at);

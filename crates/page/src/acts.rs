@@ -1,12 +1,12 @@
 //! What the routes do.
 
 use serde_json::{Value, json};
-use vimc4_answers::fields::{bytes_of, no_such, span_of};
+use vimc4_answers::fields::{bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::SNAPSHOTS;
 use vimc4_answers::log::Wanted;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
-use vimc4_control::{Clock, Effect};
+use vimc4_control::Effect;
 use vimc4_device::{Deed, Device};
 
 use crate::call::{Answer, Call, Outcome};
@@ -129,15 +129,16 @@ fn flash(desk: &mut Desk, call: &Call) -> Outcome {
 
 // --- time ---
 
+/// Nobody awaits a time here, so every clock can take the place of another.
+const CHANGES_TO: &[&str] = &["speed", "manual", "instant"];
+
 fn clock(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    // Nobody awaits a time here, so every clock can take the place of another.
-    let changes_to = ["speed", "manual", "instant"];
-    Answer::json(&seen::clock(live.now(), live.pace.clock, live.paused(), &changes_to))
+    Answer::json(&seen::clock(live.now(), live.pace.clock, live.paused(), CHANGES_TO))
 }
 
 fn set_clock(desk: &mut Desk, call: &Call) -> Outcome {
-    let wanted: Clock = call.text("clock").parse()?;
+    let wanted = clock_of(call.text("clock"), CHANGES_TO)?;
     desk.present(call)?.live.set_clock(call.moment, wanted);
     clock(desk, call)
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 use vimc4_answers::feed::Feed;
 use vimc4_answers::fields::no_such;
 use vimc4_answers::limits::HISTORY;
-use vimc4_answers::past::{self, PAST_REMEDY, Sight, line_remedy};
+use vimc4_answers::past::{self, Sight, wrong_line, wrong_look};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::Controller;
 use vimc4_control::{ControlError, Effect};
@@ -17,7 +17,7 @@ use crate::live::page;
 use crate::served::Served;
 
 fn wrong(wrong: String) -> Problem {
-    Problem::said(Kind::NotUnderstood, &wrong, PAST_REMEDY)
+    wrong_look(&wrong)
 }
 
 // --- the routes ---
@@ -40,7 +40,7 @@ fn looking<T>(
 
 pub(crate) fn debug(desk: &mut Desk, call: &Call) -> Outcome {
     let line = call.text("line");
-    let wrong = |why: String| Problem::said(Kind::NotUnderstood, &why, &line_remedy(line));
+    let wrong = |why: String| wrong_line(line, &why);
     let text = looking(desk, call, |served| served.carry_out(line).map_err(wrong))?;
     if Directive::named(line.trim()).is_some_and(|directive| directive.name == "quit") {
         desk.looked_at(call)?.leave(call.moment);
