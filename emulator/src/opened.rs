@@ -28,8 +28,6 @@ pub(crate) struct Program {
     pub(crate) history: History<Wired>,
     /// Its name is the path as it was handed in.
     pub(crate) source: Source,
-    /// Whether it is a job.
-    pub(crate) is_job: bool,
     pub(crate) pieces: Vec<Piece>,
     /// The line, from 1, of each of these; 0 for one that is in no line.
     pub(crate) lines: Vec<u32>,
@@ -64,7 +62,7 @@ pub(crate) struct Ways {
     pub(crate) quirks: Vec<(String, String)>,
     /// The axes of a data field, if its comments do not say them.
     pub(crate) axes: Option<u8>,
-    /// What is said about jobs; it means nothing for other files.
+    /// What is said about a job; other files have no such options.
     pub(crate) job: JobOptions,
 }
 
@@ -102,6 +100,9 @@ pub(crate) fn read(
     debugger.go(Way::Forward, None, &mut |_| flow(wanted));
     let name = format!("{} on {}", model.name(), machine.name);
     let is_job = takes_jobs(&model) && is_job(&bytes);
+    if !is_job {
+        ways.job.only_for_jobs(&text::name(path))?;
+    }
     let whole = match is_job {
         true => file::decoded(&bytes),
         false => String::from_utf8_lossy(&bytes).into_owned(),
@@ -145,7 +146,6 @@ pub(crate) fn read(
         machine,
         history,
         source,
-        is_job,
         pieces,
         lines,
         start,

@@ -112,14 +112,11 @@ impl Session {
             false => self.opener.open(&configuration, progress)?,
         };
         self.runs.clear();
-        for opened in &opened {
-            if !opened.said.is_empty() {
-                let said = format!("{}\n", opened.said);
-                self.out.push(Outgoing::event(
-                    "output",
-                    json!({ "category": "console", "output": said }),
-                ));
-            }
+        let said = opened.iter().map(|opened| opened.said.clone()).filter(|said| !said.is_empty());
+        for said in configuration.unknown().into_iter().chain(said) {
+            let said = format!("{said}\n");
+            let body = json!({ "category": "console", "output": said });
+            self.out.push(Outgoing::event("output", body));
         }
         for thread in 0..self.held.len() {
             self.frames.forget(thread);

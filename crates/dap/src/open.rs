@@ -4,6 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use strsim::osa_distance;
 use vimc4_debug::{Debugger, Unit};
 use vimc4_timeline::Progress;
 
@@ -54,6 +55,9 @@ pub struct Configuration {
     pub no_debug: bool,
     /// Several controllers, each with its own attributes.
     pub controllers: Vec<Configuration>,
+    /// What else it has: attributes of the editor itself, and what means nothing.
+    #[serde(flatten)]
+    pub others: BTreeMap<String, Value>,
 }
 
 /// Quirks as `vimc4 models show` and recordings have them, or as texts.
@@ -97,7 +101,7 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     (
         "jobOptions",
         "array",
-        "what else is said about jobs, as `vimc4 ncp run` takes it: `[\"--zero=100mm,50mm,-60mm\"]`; nothing to other files",
+        "what else is said about a job, as `vimc4 ncp run` takes it: `[\"--zero=100mm,50mm,-60mm\"]`; other files have no such options",
     ),
     (
         "cwd",
@@ -123,6 +127,24 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     ),
 ];
 
+/// The attributes that Visual Studio Code has itself; more begin with two underscores.
+const OF_THE_EDITOR: [&str; 14] = [
+    "type",
+    "request",
+    "console",
+    "debugServer",
+    "internalConsoleOptions",
+    "linux",
+    "osx",
+    "postDebugTask",
+    "preLaunchTask",
+    "presentation",
+    "preRestartTask",
+    "serverReadyAction",
+    "suppressMultipleSessionWarning",
+    "windows",
+];
+
 /// A controller that is to be debugged.
 #[derive(Debug)]
 pub struct Opened {
@@ -140,6 +162,18 @@ pub struct Opened {
     pub live: Option<Box<dyn Live>>,
     /// What to tell the user about it at the beginning; may be empty.
     pub said: String,
+}
+
+/// The attribute that a name is nearly, or in which an option of this name stands, as its description has it.
+fn meant(name: &str) -> Option<&'static str> {
+    let near = |known: &str| osa_distance(&name.to_lowercase(), &known.to_lowercase());
+    let (distance, known) = ATTRIBUTES.map(|(known, ..)| (near(known), known)).into_iter().min()?;
+    let option = format!("--{name}");
+    let of_option = ATTRIBUTES.iter().find(|(.., about)| about.contains(&option));
+    match distance * 3 <= known.len() {
+        true => Some(known),
+        false => of_option.map(|(known, ..)| *known),
+    }
 }
 
 /// Opens what is to be debugged.
@@ -168,6 +202,20 @@ pub trait Open {
 }
 
 impl Configuration {
+    /// What to tell the user of its attributes that mean nothing, each with what is perhaps meant.
+    pub(crate) fn unknown(&self) -> Vec<String> {
+        let own = self.others.keys().map(String::as_str);
+        let own = own.filter(|name| !name.starts_with("__") && !OF_THE_EDITOR.contains(name));
+        let own = own.map(|name| {
+            let right = match meant(name) {
+                Some(meant) => format!("perhaps `{meant}` is meant"),
+                None => format!("there are {}", ATTRIBUTES.map(|(known, ..)| known).join(", ")),
+            };
+            format!("the attribute `{name}` means nothing here; {right}")
+        });
+        own.chain(self.controllers.iter().flat_map(Configuration::unknown)).collect()
+    }
+
     /// One configuration for each controller, each with the common attributes.
     #[must_use]
     pub fn each(&self) -> Vec<Configuration> {
@@ -183,6 +231,9 @@ impl Configuration {
                 Some(_) => Default::default(),
                 None => (self.model.clone(), self.machine.clone(), self.quirks.clone()),
             };
+            // Only a program may be a job.
+            let is_program = own.program.is_some() || !file && self.program.is_some();
+            let job_options = self.job_options.clone().filter(|_| is_program);
             Configuration {
                 serve: own.serve || self.serve && !file,
                 pty: own.pty.or_else(|| self.pty.clone()),
@@ -195,7 +246,7 @@ impl Configuration {
                 model: own.model.or(model),
                 machine: own.machine.or(machine),
                 quirks: quirks.into_iter().chain(own.quirks).collect(),
-                job_options: own.job_options.or_else(|| self.job_options.clone()),
+                job_options: own.job_options.or(job_options),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),
                 controllers: Vec::new(),
@@ -203,5 +254,45 @@ impl Configuration {
             }
         });
         each.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn what_means_nothing_is_told_with_what_is_perhaps_meant() {
+        let told = |configuration: Value| -> Vec<String> {
+            let read: Configuration = serde_json::from_value(configuration).expect("attributes");
+            read.unknown()
+        };
+        let mut all =
+            json!({ "type": "vimc4", "request": "launch", "name": "it", "quirks": { "x": 1 } });
+        for of_editor in OF_THE_EDITOR.iter().chain(&["__sessionId", "__configurationTarget"]) {
+            all[*of_editor] = json!({});
+        }
+        assert_eq!(told(all), <[&str; 0]>::default());
+        let perhaps = |name: &str, meant: &str| {
+            format!("the attribute `{name}` means nothing here; perhaps `{meant}` is meant")
+        };
+        for (name, meant) in [
+            ("zero", "jobOptions"),
+            ("stopAtEntry", "stopOnEntry"),
+            ("joboptions", "jobOptions"),
+            ("porgram", "program"),
+            ("record", "recording"),
+        ] {
+            let mut configuration = json!({ "type": "vimc4", "program": "a.ncp" });
+            configuration[name] = true.into();
+            assert_eq!(told(configuration), [perhaps(name, meant)]);
+        }
+        let list = json!({ "foo": 1, "controllers": [{ "name": "a", "machin": "mill" }] });
+        let told = told(list);
+        assert!(told[0].ends_with("there are program, recording, model, machine, serve, pty, tcp, serial, \
+            time, flash, quirks, jobOptions, cwd, stopOnEntry, endAtEnd, keepGoing, noDebug, controllers"), "{told:?}");
+        assert_eq!(told[1..], [perhaps("machin", "machine")]);
     }
 }

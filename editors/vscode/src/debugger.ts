@@ -2,7 +2,7 @@
 import { basename, resolve } from "node:path";
 import * as vscode from "vscode";
 import { isOurs } from "./languages";
-import { find, folderOf, jobOptions, target } from "./program";
+import { find, folderOf, optionsOf, target } from "./program";
 import { saved } from "./tasks";
 
 /** A file in which a controller was recorded. */
@@ -28,7 +28,7 @@ export async function debugThis(): Promise<void> {
     }
 }
 
-/** What the settings say of what is debugged. Options of jobs say nothing to other files, and recordings know their own. */
+/** What the settings say of what is debugged. Only jobs have options, and recordings know their own. */
 async function ofSettings(
     debugged: Record<string, unknown>,
     cwd: string | undefined,
@@ -37,9 +37,10 @@ async function ofSettings(
     if (debugged.recording !== undefined) {
         return {};
     }
-    const scope = await scopeOf(debugged.program, cwd, folder);
-    const options = jobOptions(scope);
-    return { ...target(scope), ...(options.length > 0 && { jobOptions: options }) };
+    // Settings count by the language of a file.
+    const document = await documentOf(debugged.program, cwd);
+    const options = optionsOf(document);
+    return { ...target(document ?? folder), ...(options.length > 0 && { jobOptions: options }) };
 }
 
 class Configurations implements vscode.DebugConfigurationProvider {
@@ -79,20 +80,16 @@ class Configurations implements vscode.DebugConfigurationProvider {
     }
 }
 
-/** Which settings count for a file: those of its language. */
-async function scopeOf(
-    program: unknown,
-    cwd: string | undefined,
-    folder: vscode.WorkspaceFolder | undefined,
-): Promise<vscode.ConfigurationScope | undefined> {
+/** The file of a configuration, if it has one that can be read. */
+async function documentOf(program: unknown, cwd: string | undefined): Promise<vscode.TextDocument | undefined> {
     if (typeof program !== "string") {
-        return folder;
+        return undefined;
     }
     try {
         return await vscode.workspace.openTextDocument(resolve(cwd ?? "", program));
     } catch {
         // That it cannot be read is told by the adapter, which is asked next.
-        return folder;
+        return undefined;
     }
 }
 

@@ -92,6 +92,11 @@ export function jobOptions(scope: vscode.ConfigurationScope | undefined): string
     return vscode.workspace.getConfiguration("vimc4", scope).get<string[]>("jobOptions", []);
 }
 
+/** The same for a file, which has none if it is no job. */
+export function optionsOf(document: vscode.TextDocument | undefined): string[] {
+    return document?.languageId === "ncp" ? jobOptions(document) : [];
+}
+
 /** The folder of the workspace that something is in, else the first. Names of profiles are relative to it. */
 export function folderOf(scope?: vscode.Uri): vscode.WorkspaceFolder | undefined {
     const folder = scope && vscode.workspace.getWorkspaceFolder(scope);

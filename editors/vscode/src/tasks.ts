@@ -1,7 +1,7 @@
 // What is done in a terminal: checking, running, sending, and starting a controller.
 import { isAbsolute } from "node:path";
 import * as vscode from "vscode";
-import { find, folderOf, jobOptions, targetOptions } from "./program";
+import { find, folderOf, optionsOf, targetOptions } from "./program";
 
 /** What a task of tasks.json can say. */
 interface Definition extends vscode.TaskDefinition {
@@ -23,7 +23,7 @@ function words(definition: Definition, document: vscode.TextDocument | undefined
     const scope = document ?? folderOf();
     const further = [...targetOptions(scope), ...(definition.args ?? [])];
     const file = definition.file ?? document?.uri.fsPath ?? "";
-    const job = document?.languageId === "ncp" ? jobOptions(document) : [];
+    const job = optionsOf(document);
     switch (definition.command) {
         case "check":
             return ["ncp", "check", file, "--format", "short", ...further, ...job];

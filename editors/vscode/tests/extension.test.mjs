@@ -139,7 +139,9 @@ test("what is debugged has the settings for it, also of several controllers", as
     const [job, plot] = ["job.ncp", "board.plt"];
     assert.deepEqual(own(await resolved({ request: "launch", program: job })), [undefined, "mill", 1]);
     assert.deepEqual(own(await resolved({ request: "launch", program: job, jobOptions: [], machine: "bench" })), [undefined, "bench", 0]);
-    assert.deepEqual(own(await resolved({ request: "launch", program: plot })), ["smcu", "board-plotter", 1]);
+    assert.deepEqual(own(await resolved({ request: "launch", program: plot })), ["smcu", "board-plotter", undefined]);
+    // What is no job has no options, and a controller behind ports neither.
+    assert.deepEqual(own(await resolved({ request: "launch", serve: true })), [undefined, "mill", undefined]);
     assert.deepEqual(own(await resolved({ request: "attach", recording: "a.jsonl" })), [undefined, undefined, undefined]);
     const several = { request: "launch", controllers: [{ program: job }, { program: plot }, { recording: "a.jsonl" }, { program: plot, machine: "bench" }] };
     const each = async (more) => {
@@ -147,7 +149,7 @@ test("what is debugged has the settings for it, also of several controllers", as
         return [own(beside), ...controllers.map(own)];
     };
     const none = [undefined, undefined, undefined];
-    assert.deepEqual(await each({}), [none, [undefined, "mill", 1], ["smcu", "board-plotter", 1], none, ["smcu", "bench", 1]]);
+    assert.deepEqual(await each({}), [none, [undefined, "mill", 1], ["smcu", "board-plotter", undefined], none, ["smcu", "bench", undefined]]);
     // What stands beside the list counts more than settings.
     assert.deepEqual(await each({ machine: "gantry", jobOptions: [] }), [
         [undefined, "gantry", 0], none, ["smcu", undefined, undefined], none, ["smcu", "bench", undefined],

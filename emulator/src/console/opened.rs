@@ -72,9 +72,6 @@ pub(crate) fn open(path: &Path, setup: Setup, sending: Sending) -> Result<Opened
     let ways = Ways { axes: sending.axes, job: sending.job.clone(), ..Ways::default() };
     let program = opened::read(path, setup, &ways, &|| true)?;
     let program = program.ok_or_else(|| Failure::midway("nobody has waited for it"))?;
-    if !program.is_job {
-        sending.job.only_for_jobs(&text::name(path))?;
-    }
     Ok(send(program, path, &sending))
 }
 

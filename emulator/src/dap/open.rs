@@ -59,6 +59,11 @@ impl Open for Doors {
         let mut open = |each: &Configuration| {
             let is_of_file = each.program.is_some() || each.recording.is_some();
             only_files(each)?;
+            if each.program.is_none() {
+                let name = each.recording.as_deref().map(|path| text::name(Path::new(path)));
+                let name = name.unwrap_or_else(|| "what is behind ports".to_owned());
+                job_options(each)?.only_for_jobs(&name).map_err(refused)?;
+            }
             let mut opened = match each.serve {
                 false => open(each, progress)?,
                 true if is_of_file => {
@@ -90,6 +95,8 @@ impl Open for Doors {
     }
 
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
+        let options = job_options(configuration)?;
+        options.only_for_jobs("a controller that runs already").map_err(refused)?;
         match &self.served {
             Some(served) => served.attach(configuration, &self.ring),
             None => Err(Refusal::new(
@@ -219,12 +226,11 @@ fn of_program(
     path: &Path,
     wanted: &dyn Fn() -> bool,
 ) -> Result<Program, Refusal> {
-    let Configuration { model, machine, quirks, job_options, .. } = configuration;
+    let Configuration { model, machine, quirks, .. } = configuration;
     let setup = Setup::said(model.clone(), machine.clone());
     let quirks: Vec<(String, String)> =
         quirks.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-    let options = JobOptions::of_words(job_options.as_deref().unwrap_or_default());
-    let job = options.map_err(|failure| Refusal(format!("`jobOptions`: {}", failure.text())))?;
+    let job = job_options(configuration)?;
     let is_lenient = job.reading.lenient;
     let ways = Ways { quirks, axes: None, job };
     let program = opened::read(path, setup, &ways, wanted).map_err(refused)?;
@@ -242,6 +248,13 @@ fn of_program(
         return Err(Refusal(format!("{name}: {told}{more}{where_options_go}")));
     }
     Ok(program)
+}
+
+/// What is said about a job.
+fn job_options(configuration: &Configuration) -> Result<JobOptions, Refusal> {
+    let words = configuration.job_options.as_deref().unwrap_or_default();
+    let options = JobOptions::of_words(words);
+    options.map_err(|failure| Refusal(format!("`jobOptions`: {}", failure.text())))
 }
 
 /// The path of a file as an editor finds it, wherever it was started.

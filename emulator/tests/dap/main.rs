@@ -846,10 +846,47 @@ fn a_job_is_debugged_with_the_options_that_it_is_run_with() {
         editor.walk("continue");
         assert_eq!(editor.value("x"), x, "{launch}");
     }
-    // To what is no job they say nothing.
-    let mut list = drilling();
-    list["jobOptions"] = zero;
-    drop(Editor::at_entry(list));
+}
+
+/// In the words of `vimc4 console`.
+#[test]
+fn what_is_no_job_has_no_options_of_jobs() {
+    let (_folder, job) = file("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    let (zero, list) = (json!(["--zero=100mm"]), example("commands.txt"));
+    let refused = |launch: Value| Editor::new().refused("launch", launch);
+    let words = format!(
+        "{list} is no job; --no-ref, --lenient, --zero, --wpreg, --drilldef-unit are for job files, so \
+         leave them out"
+    );
+    let launch = json!({ "program": list, "machine": "mill", "jobOptions": zero });
+    assert_eq!(refused(launch), words);
+    let named = json!({ "machine": "mill", "controllers": [
+        { "program": job, "jobOptions": zero },
+        { "program": list, "jobOptions": zero, "name": "b" },
+    ] });
+    assert_eq!(refused(named), format!("controller b: {words}"));
+    let behind_ports = refused(json!({ "serve": true, "jobOptions": zero }));
+    assert!(behind_ports.starts_with("what is behind ports is no job; "), "{behind_ports}");
+    drop(Editor::at_entry(json!({ "program": list, "machine": "mill", "jobOptions": [] })));
+}
+
+#[test]
+fn an_attribute_that_means_nothing_is_told_with_what_is_perhaps_meant() {
+    let said = |launch: Value| -> Vec<String> {
+        let editor = Editor::at_entry(launch);
+        let outputs = editor.events.iter().filter(|(event, _)| event == "output");
+        outputs.map(|(_, body)| text(&body["output"])).collect()
+    };
+    let mut launch = drilling();
+    launch["type"] = "vimc4".into();
+    launch["name"] = "This file".into();
+    launch["__sessionId"] = "5".into();
+    launch["presentation"] = json!({ "hidden": true });
+    let is_told = |said: &[String]| said.iter().any(|it| it.contains("means nothing here"));
+    assert!(!is_told(&said(launch.clone())), "{launch}");
+    launch["zero"] = "100mm".into();
+    let perhaps = "the attribute `zero` means nothing here; perhaps `jobOptions` is meant\n";
+    assert!(said(launch).contains(&perhaps.to_owned()));
 }
 
 #[test]
