@@ -1,8 +1,8 @@
 //! What happened, as people and programs read it.
 
-use std::fmt;
+use std::fmt::{self, Write};
 
-use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 use vimc4_control::{News, Report, Talk, Teller, Verbosity, What};
 use vimc4_device::{AXES, Event, Motion, Names, Path, Point, Segment, Time, escape};
@@ -75,9 +75,7 @@ pub fn unknown_kind(name: &str) -> Problem {
 impl Item {
     /// It as JSON: made once, however many want it.
     pub fn json(&self, names: &Names) -> &str {
-        // What happens can always be written.
-        let made = || serde_json::to_string(&Told { item: self, names }).unwrap_or_default().into();
-        self.json.get_or_init(made)
+        self.json.get_or_init(|| told(self, names).into())
     }
 }
 
@@ -105,101 +103,110 @@ impl Teller for Lines {
     }
 }
 
-/// An entry, which is written as it is read: there may be very many.
-struct Told<'a> {
-    item: &'a Item,
-    names: &'a Names,
-}
+/// Most entries are not longer as JSON, bytes.
+const ENTRY: usize = 160;
 
-impl Serialize for Told<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let report = &self.item.report;
-        let mut fields = serializer.serialize_map(None)?;
-        fields.serialize_entry("number", &self.item.number)?;
-        fields.serialize_entry("at", &report.at.as_nanos())?;
-        fields.serialize_entry("kind", kind(report))?;
-        if let Some(text) = text(self.item) {
-            fields.serialize_entry("text", &text)?;
-        }
-        match &report.what {
-            What::Event { command, event } => {
-                if let Some(command) = command {
-                    fields.serialize_entry("command", &command.0)?;
-                }
-                self.event(event, &mut fields)?;
-            }
-            What::News(news) => about(news, &mut fields)?,
-            What::Missed { reports } => fields.serialize_entry("reports", reports)?,
-            _ => {}
-        }
-        fields.end()
+/// The fields of an entry as JSON, which are written as they are told: there may be very many entries.
+struct Fields(String);
+
+impl Fields {
+    /// One that was not told yet. Its key is a name without anything that JSON escapes.
+    fn put(&mut self, key: &str, value: impl Into<Value>) {
+        self.put_value(key, &value.into());
     }
-}
 
-impl Told<'_> {
-    fn event<M: SerializeMap>(&self, event: &Event, fields: &mut M) -> Result<(), M::Error> {
-        match event {
-            Event::Command { mnemonic, bytes } => {
-                fields.serialize_entry("mnemonic", mnemonic)?;
-                fields.serialize_entry("bytes", &escape(bytes))
-            }
-            Event::Answer { mnemonic, bytes, why } => {
-                fields.serialize_entry("mnemonic", mnemonic)?;
-                fields.serialize_entry("bytes", &escape(bytes))?;
-                match why {
-                    Some(why) => fields.serialize_entry("why", why),
-                    None => Ok(()),
-                }
-            }
-            Event::Ignored { bytes, why } => {
-                fields.serialize_entry("bytes", &escape(bytes))?;
-                fields.serialize_entry("why", why)
-            }
-            Event::Signal { signal, value } => {
-                let known = self.names.signals().iter().find(|known| known.id == *signal);
-                match known {
-                    Some(known) => fields.serialize_entry("signal", &known.name)?,
-                    None => fields.serialize_entry("signal", signal)?,
-                }
-                fields.serialize_entry("value", value)
-            }
-            // The entry has a number of its own.
-            Event::Fault { number, news } => {
-                fields.serialize_entry("fault", number)?;
-                fields.serialize_entry("news", news)
-            }
-            Event::Motion(motion) => entries(course(self.item, motion), fields),
-            event => {
-                let mut told = object(event);
-                told.remove("event");
-                entries(told, fields)
-            }
+    fn put_value(&mut self, key: &str, value: &Value) {
+        let before = if self.0.is_empty() { "{\"" } else { ",\"" };
+        self.0.extend([before, key, "\":"]);
+        // Writing to a string cannot fail.
+        let _ = write!(self.0, "{value}");
+    }
+
+    fn put_all(&mut self, fields: Map<String, Value>) {
+        for (key, value) in fields {
+            self.put(&key, value);
         }
     }
 }
 
-fn entries<M: SerializeMap>(told: Map<String, Value>, fields: &mut M) -> Result<(), M::Error> {
-    told.iter().try_for_each(|(key, value)| fields.serialize_entry(key, value))
+fn told(item: &Item, names: &Names) -> String {
+    let mut fields = Fields(String::with_capacity(ENTRY));
+    fields.put("number", item.number);
+    fields.put("at", item.report.at.as_nanos());
+    fields.put("kind", kind(&item.report));
+    if let Some(text) = text(item) {
+        fields.put("text", text);
+    }
+    match &item.report.what {
+        What::Event { command, event } => {
+            if let Some(command) = command {
+                fields.put("command", command.0.get());
+            }
+            tell(item, event, names, &mut fields);
+        }
+        What::News(news) => about(news, &mut fields),
+        What::Missed { reports } => fields.put("reports", *reports),
+        _ => {}
+    }
+    fields.0 + "}"
+}
+
+fn tell(item: &Item, event: &Event, names: &Names, fields: &mut Fields) {
+    match event {
+        Event::Command { mnemonic, bytes } => {
+            fields.put("mnemonic", &**mnemonic);
+            fields.put("bytes", escape(bytes));
+        }
+        Event::Answer { mnemonic, bytes, why } => {
+            fields.put("mnemonic", &**mnemonic);
+            fields.put("bytes", escape(bytes));
+            if let Some(why) = why {
+                fields.put("why", &**why);
+            }
+        }
+        Event::Ignored { bytes, why } => {
+            fields.put("bytes", escape(bytes));
+            fields.put("why", &**why);
+        }
+        Event::Signal { signal, value } => {
+            let known = names.signals().iter().find(|known| known.id == *signal);
+            let name = known.map_or_else(|| signal.0.into(), |known| Value::from(&*known.name));
+            fields.put("signal", name);
+            fields.put("value", *value);
+        }
+        // The entry has a number of its own.
+        Event::Fault { number, news } => {
+            fields.put("fault", number.0);
+            fields.put("news", json!(news));
+        }
+        Event::Motion(motion) => fields.put_all(course(item, motion)),
+        event => {
+            let mut told = object(event);
+            told.remove("event");
+            fields.put_all(told);
+        }
+    }
 }
 
 /// The name of a piece of news, and what there is to tell beside it.
-fn about<M: SerializeMap>(news: &News, fields: &mut M) -> Result<(), M::Error> {
-    let (name, about) = match serde_json::to_value(news) {
-        // Without more to tell it is a word.
-        Ok(Value::String(name)) => (name, None),
-        Ok(Value::Object(told)) => match told.into_iter().next() {
-            Some((name, about)) => (name, Some(about)),
-            None => return Ok(()),
+fn about(news: &News, fields: &mut Fields) {
+    let (name, about) = match json!(news) {
+        Value::Object(told) => match told.into_iter().next() {
+            Some((name, about)) => (Value::from(name), Some(about)),
+            None => return,
         },
-        _ => return Ok(()),
+        // Without more to tell it is a word.
+        name => (name, None),
     };
-    fields.serialize_entry("news", &name)?;
-    match news {
+    fields.put("news", name);
+    let about = match news {
         News::Deed { by, deed } | News::NoEffect { by, deed, .. } => {
-            let about = json!({ "by": by.to_string(), "deed": deed.to_string() });
-            fields.serialize_entry("about", &about)
+            Some(json!({ "by": by.to_string(), "deed": deed.to_string() }))
         }
-        _ => about.map_or(Ok(()), |about| fields.serialize_entry("about", &about)),
+        _ => about,
+    };
+    if let Some(about) = about {
+        fields.put("about", about);
     }
 }
 
@@ -321,7 +328,7 @@ mod tests {
     use crate::feed::Feed;
 
     /// The entries of what happens one after the other, as JSON.
-    fn told(happens: Vec<What>) -> Vec<String> {
+    fn entries(happens: Vec<What>) -> Vec<String> {
         let (feed, names) = (Feed::new(Arc::new(|| ())), Names::default());
         let mut ear = feed.sink();
         for (place, what) in happens.into_iter().enumerate() {
@@ -343,7 +350,7 @@ mod tests {
         let why = Some("no reference".into());
         let answered = event(Event::Answer { mnemonic: "@P".into(), bytes: bytes("R\\r"), why });
         assert_eq!(
-            told(vec![asked, answered]),
+            entries(vec![asked, answered]),
             [
                 r#"{"number":1,"at":0,"kind":"command","text":"@0P  in words","command":7,"mnemonic":"@P","bytes":"@0P"}"#,
                 r#"{"number":2,"at":1000000,"kind":"answer","text":"R\\\\r  after 1 ms: no reference","command":7,"mnemonic":"@P","bytes":"R\\\\r","why":"no reference"}"#,
@@ -355,7 +362,7 @@ mod tests {
     fn no_field_of_an_entry_is_told_twice() {
         let bytes = |text: &'static str| text.as_bytes().into();
         let mnemonic = "@A";
-        let entries = told(vec![
+        let entries = entries(vec![
             event(Event::Ignored { bytes: bytes("?"), why: "nothing".into() }),
             event(Event::Line { line: 3, mnemonic: mnemonic.into() }),
             event(Event::CutShort { mnemonic: mnemonic.into(), why: "STOP".into() }),
