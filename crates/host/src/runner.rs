@@ -58,6 +58,8 @@ pub struct Runner<D: Device> {
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
     /// Rings when there is a job.
     asked: Bell,
+    /// Whether the line was heard last, so that jobs have their turn.
+    was_heard: bool,
     stop: oneshot::Receiver<Ending>,
     /// Rings when it is to stop, or something is asked of a journey.
     orders: Bell,
@@ -119,6 +121,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             clients: ClientsOfLine::default(),
             jobs,
             asked: Bell::default(),
+            was_heard: false,
             stop,
             orders: Bell::default(),
             nudges,
@@ -356,11 +359,17 @@ impl<D: Device + Clone + 'static> Runner<D> {
             // Before anything is received: a client that never stops sending gets its answers too.
             self.drive.rig.wire.poll_send(cx);
             if !self.drive.is_away() {
+                // A client that never stops sending does not keep jobs waiting.
+                if std::mem::take(&mut self.was_heard)
+                    && let Poll::Ready(Some(job)) = self.poll_jobs(cx)
+                {
+                    return Poll::Ready(Woken::Job(job));
+                }
                 if self.poll_line(cx, self.room()).is_ready() {
+                    self.was_heard = true;
                     return Poll::Ready(Woken::Line);
                 }
-                let Runner { jobs, asked, .. } = &mut *self;
-                match asked.answer(cx, |cx| jobs.poll_recv(cx)) {
+                match self.poll_jobs(cx) {
                     Poll::Ready(Some(job)) => return Poll::Ready(Woken::Job(job)),
                     Poll::Ready(None) => return Poll::Ready(Woken::Stop(Ending::Closes)),
                     Poll::Pending => {}
@@ -372,6 +381,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
             Poll::Pending
         })
         .await
+    }
+
+    /// The next job; none if there is nobody any more who could have one done.
+    fn poll_jobs(&mut self, cx: &mut Context<'_>) -> Poll<Option<Deferred<D>>> {
+        let Runner { jobs, asked, .. } = self;
+        asked.answer(cx, |cx| jobs.poll_recv(cx))
     }
 
     /// How much may be read. While time is paused, everything clients send or do waits with their

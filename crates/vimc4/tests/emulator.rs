@@ -3,6 +3,9 @@
 
 use std::fs;
 use std::io::{Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use vimc4::{Builder, Button, Clock, Condition, ControlError, Emulator, Error, MemoryPort, Time};
@@ -290,4 +293,24 @@ fn a_memory_is_for_models_that_have_one() {
     drop((emu, port));
     let error = manual("smcu").flash(&flash).start().unwrap_err();
     assert!(error.to_string().contains("no memory that lasts"), "{error}");
+}
+
+#[test]
+fn a_client_that_never_stops_sending_keeps_nobody_waiting() {
+    let emu = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
+    let mut host = TcpStream::connect(emu.tcp_addr().unwrap()).unwrap();
+    let mut answers = host.try_clone().unwrap();
+    let over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let lines = "@0P\r".repeat(10_000);
+            while !over.load(Ordering::Relaxed) && host.write_all(lines.as_bytes()).is_ok() {}
+            let _ = host.shutdown(Shutdown::Both);
+        });
+        scope.spawn(|| std::io::copy(&mut answers, &mut std::io::sink()));
+        let mut asked = (0..20).map(|_| emu.control().now().wait_within(Duration::from_secs(20)));
+        let late = asked.find_map(Result::err);
+        over.store(true, Ordering::Relaxed);
+        assert_eq!(late, None);
+    });
 }
