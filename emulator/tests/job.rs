@@ -881,7 +881,7 @@ fn a_question_in_virtual_time_is_ended_like_the_job() {
     typist.hears("q ends the job");
     typist.process.signal(Signal::INT);
     let (out, _) = typist.ends(130);
-    assert!(out.ends_with("ended     line 3: ended by the operator\n"), "{out}");
+    assert!(out.ends_with("ended     line 3: it was interrupted\n"), "{out}");
     let recording = fs::read_to_string(folder.join("job.jsonl")).unwrap();
     assert!(recording.ends_with("\"end\":\"the run was interrupted\"}\n"), "{recording}");
 }

@@ -119,7 +119,7 @@ macro_rules! routes {
     POST "/v1/controllers/{n}/clock/run-until" NONE CONDITION "Now" run_until
         "Let time pass until a condition holds, or time is paused; given up with the connection";
     POST "/v1/controllers/{n}/clock/cancel" NONE NONE "Now" cancel
-        "Give up all that waits for time to pass";
+        "Give up each advance and run-until that waits for time to pass";
     POST "/v1/controllers/{n}/clock/pause" NONE NONE "Now" pause "Let time stand still";
     POST "/v1/controllers/{n}/clock/resume" NONE NONE "Now" resume "Let time go on";
     POST "/v1/controllers/{n}/clock/step" NONE NONE "Step" step

@@ -240,6 +240,7 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Answers the callers that do not want to wait any longer.
     pub(crate) fn give_up_waiting(&mut self) {
+        self.catch_up();
         let at = self.rig.device.now();
         let later = std::mem::take(&mut self.later).into_iter();
         let (given_up, later): (Vec<_>, Vec<_>) =
@@ -304,7 +305,7 @@ impl<D: Device + Clone> Drive<D> {
         if clock.rate().is_none() || !self.pace.runs() {
             return Err(ControlError::Unsupported(
                 "only a clock that runs by itself can change its speed, as from real to 8x; \
-                 choose manual or instant when the controller is started",
+                 any other is chosen when the controller is started",
             ));
         }
         if !self.rig.is_paused() {

@@ -38,7 +38,7 @@ pub fn suits(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), String
 }
 
 /// Whether the first line that says something begins as plot files do: with two capital letters
-/// that are a command of HPGL, with `!` and two, or with an escape sequence for the plotter.
+/// that are a command of HPGL, with `!` and two, or with an escape sequence for the plotter or its printer.
 fn is_plot(bytes: &[u8]) -> bool {
     const BEGINNINGS: [&str; 19] = [
         "IN", "PA", "PR", "PU", "PD", "SP", "VS", "OS", "OH", "IW", "IP", "SC", "AA", "AR", "CI",
@@ -48,7 +48,7 @@ fn is_plot(bytes: &[u8]) -> bool {
     // To a plotter a semicolon is an end: what is a comment from there on may be all of a plot.
     let first = telling(&text).next().or_else(|| begun(&text).strip_prefix(';'));
     let first = first.unwrap_or_default();
-    if first.starts_with("\x1B.") {
+    if first.starts_with('\x1B') {
         return true;
     }
     if let [b'!', one, other, ..] = first.as_bytes() {
@@ -106,6 +106,7 @@ mod tests {
             "IN",
             "PA 5 6",
             "\x1B.(;IN;",
+            "\x1BE\x1B%0BIN;PA1,2;",
             // What stands before the first command of a plot.
             "\u{FEFF}IN;PA1,2;",
             "\u{FEFF}; a board\r\nIN;PA1,2;",

@@ -204,6 +204,11 @@ struct Outcome {
 impl Outcome {
     fn of(ending: Result<Ending, Halt>, link: &Virtual) -> Outcome {
         let place = format!("line {}", link.line);
+        // Whoever ends the program ends the job at a question, too.
+        let ending = match (ending, link.driver.heed()) {
+            (Ok(Ending::Ended { .. }), Err(halt)) => Err(halt),
+            (ending, _) => ending,
+        };
         let (code, word, text, line) = match ending {
             Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
             Ok(Ending::Refused { line, sent, answer }) => {

@@ -259,7 +259,8 @@ impl Driver {
         if until > self.end { Err(Halt::Time) } else { Ok(()) }
     }
 
-    fn heed(&self) -> Result<(), Halt> {
+    /// Whether somebody asks for the end.
+    pub(crate) fn heed(&self) -> Result<(), Halt> {
         match self.ending.as_ref().is_some_and(InOrder::is_asked) {
             true => Err(Halt::Interrupted),
             false => Ok(()),
