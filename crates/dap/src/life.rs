@@ -107,17 +107,14 @@ impl Session {
             self.runs.clear();
             self.held.clear();
         }
+        // They may be why nothing can be opened.
+        self.say(configuration.unknown());
         let opened = match self.is_attached && !is_of_files {
             true => self.opener.attach(&configuration)?,
             false => self.opener.open(&configuration, progress)?,
         };
         self.runs.clear();
-        let said = opened.iter().map(|opened| opened.said.clone()).filter(|said| !said.is_empty());
-        for said in configuration.unknown().into_iter().chain(said) {
-            let said = format!("{said}\n");
-            let body = json!({ "category": "console", "output": said });
-            self.out.push(Outgoing::event("output", body));
-        }
+        self.say(opened.iter().map(|opened| opened.said.clone()).filter(|said| !said.is_empty()));
         for thread in 0..self.held.len() {
             self.frames.forget(thread);
             self.values.forget(thread);
@@ -128,6 +125,14 @@ impl Session {
         self.stage = Stage::Open;
         self.set_all_again();
         Ok(())
+    }
+
+    /// Says something in the debug console, each in lines of its own.
+    fn say(&mut self, said: impl IntoIterator<Item = String>) {
+        for said in said {
+            let body = json!({ "category": "console", "output": format!("{said}\n") });
+            self.out.push(Outgoing::event("output", body));
+        }
     }
 
     pub(crate) fn configuration_done(&mut self) -> Answered {

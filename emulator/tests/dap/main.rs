@@ -889,6 +889,17 @@ fn an_attribute_that_means_nothing_is_told_with_what_is_perhaps_meant() {
     assert!(said(launch).contains(&perhaps.to_owned()));
 }
 
+/// It may be why nothing is opened.
+#[test]
+fn an_attribute_that_means_nothing_is_told_also_where_nothing_is_opened() {
+    for request in ["launch", "attach"] {
+        let mut editor = Editor::new();
+        editor.refused(request, json!({ "programm": "job.ncp" }));
+        let perhaps = "the attribute `programm` means nothing here; perhaps `program` is meant\n";
+        assert_eq!(editor.event("output")["output"], perhaps, "{request}");
+    }
+}
+
 #[test]
 fn options_of_jobs_that_are_wrong_are_refused_with_what_is_right() {
     let (_folder, job) = file("IMF_PBL\nWPZERO\nMOVEABS X1000\n");
