@@ -100,9 +100,6 @@ pub(crate) fn read(
     debugger.go(Way::Forward, None, &mut |_| flow(wanted));
     let name = format!("{} on {}", model.name(), machine.name);
     let is_job = takes_jobs(&model) && is_job(&bytes);
-    if !is_job {
-        ways.job.only_for_jobs(&text::name(path))?;
-    }
     let whole = match is_job {
         true => file::decoded(&bytes),
         false => String::from_utf8_lossy(&bytes).into_owned(),
@@ -117,6 +114,8 @@ pub(crate) fn read(
     } else {
         let handling = Handling::of(&model);
         let script = Script::of(&text::name(path), &bytes, &handling).map_err(Failure::usage)?;
+        // A job for other controllers has been told as one by now.
+        ways.job.only_for_jobs(&text::name(path))?;
         match script.kind {
             Kind::Commands => Some(Host::commands(&script.lines, &handling, start(&debugger))),
             Kind::DataField => {

@@ -900,6 +900,18 @@ fn an_attribute_that_means_nothing_is_told_also_where_nothing_is_opened() {
     }
 }
 
+/// That it is for other controllers is said of a job, whatever options it has.
+#[test]
+fn a_job_for_other_controllers_is_told_as_one_with_options_too() {
+    let (_folder, job) = file("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    for options in [json!([]), json!(["--zero=1mm,2mm,3mm"]), json!(["--no-ref"])] {
+        let launch = json!({ "program": job, "model": "smcu", "jobOptions": options });
+        let refused = Editor::new().refused("launch", launch);
+        let words = "is a job file, and the smcu does not speak isel's @-format; choose one of ";
+        assert!(refused.contains(words), "{options}: {refused}");
+    }
+}
+
 #[test]
 fn options_of_jobs_that_are_wrong_are_refused_with_what_is_right() {
     let (_folder, job) = file("IMF_PBL\nWPZERO\nMOVEABS X1000\n");
