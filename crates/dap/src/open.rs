@@ -216,6 +216,37 @@ impl Configuration {
         own.chain(self.controllers.iter().flat_map(Configuration::unknown)).collect()
     }
 
+    /// Does something with each controller that is meant, one after the other.
+    ///
+    /// # Errors
+    ///
+    /// The first refusal. Of a list it says which controller it is about.
+    pub fn with_each<T>(
+        &self,
+        mut deed: impl FnMut(&Configuration) -> Result<T, Refusal>,
+    ) -> Result<Vec<T>, Refusal> {
+        let is_list = !self.controllers.is_empty();
+        let which = |number: usize, each: &Configuration| match &each.name {
+            Some(name) => format!("controller {name}: "),
+            None => format!("controller {number} of the list: "),
+        };
+        let each = self.each();
+        let done = (1..).zip(&each).map(|(number, each)| {
+            let done = match each.controllers.is_empty() {
+                true => deed(each),
+                false => Err(Refusal::new(
+                    "an entry of `controllers` is one controller and has no `controllers` itself; put \
+                     them beside it",
+                )),
+            };
+            done.map_err(|refusal| match is_list {
+                true if refusal != Refusal::cancelled() => Refusal(which(number, each) + &refusal.0),
+                _ => refusal,
+            })
+        });
+        done.collect()
+    }
+
     /// One configuration for each controller, each with the common attributes.
     #[must_use]
     pub fn each(&self) -> Vec<Configuration> {
@@ -249,7 +280,7 @@ impl Configuration {
                 job_options: own.job_options.or(job_options),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),
-                controllers: Vec::new(),
+                controllers: own.controllers,
                 ..self.clone()
             }
         });

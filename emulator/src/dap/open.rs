@@ -56,7 +56,7 @@ impl Open for Doors {
         }
         let several = each.iter().filter(|each| each.serve).count() > 1;
         let mut numbers = 1..;
-        let mut open = |each: &Configuration| {
+        configuration.with_each(|each| {
             let is_of_file = each.program.is_some() || each.recording.is_some();
             only_files(each)?;
             if each.program.is_none() {
@@ -78,25 +78,12 @@ impl Open for Doors {
                 opened.name.clone_from(name);
             }
             Ok(opened)
-        };
-        let is_list = !configuration.controllers.is_empty();
-        let which = |(number, each): (usize, &Configuration)| match &each.name {
-            Some(name) => format!("controller {name}: "),
-            None => format!("controller {number} of the list: "),
-        };
-        let each = (1..).zip(&each);
-        let opened = each.map(|own| {
-            open(own.1).map_err(|refusal| match is_list {
-                true if refusal != Refusal::cancelled() => Refusal(which(own) + &refusal.0),
-                _ => refusal,
-            })
-        });
-        opened.collect()
+        })
     }
 
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
-        let options = job_options(configuration)?;
-        options.only_for_jobs("a controller that runs already").map_err(refused)?;
+        runs_already(configuration)?;
+        configuration.with_each(runs_already)?;
         match &self.served {
             Some(served) => served.attach(configuration, &self.ring),
             None => Err(Refusal::new(
@@ -110,6 +97,20 @@ impl Open for Doors {
         let whole = |path: &str| fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
         one == other || whole(one) == whole(other)
     }
+}
+
+/// Refuses what cannot be said any more of a controller that has been started.
+fn runs_already(configuration: &Configuration) -> Result<(), Refusal> {
+    let options = job_options(configuration)?;
+    options.only_for_jobs("a controller that runs already").map_err(refused)?;
+    let Configuration { model, machine, time, quirks, .. } = configuration;
+    if [model, machine, time].into_iter().any(Option::is_some) || !quirks.is_empty() {
+        return Err(Refusal::new(
+            "a controller that runs already has its own model, machine, time and quirks; leave them out, \
+             or say them where it is started",
+        ));
+    }
+    Ok(())
 }
 
 fn refused(failure: Failure) -> Refusal {

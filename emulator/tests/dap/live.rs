@@ -271,6 +271,36 @@ fn an_editor_attaches_to_controllers_that_run_and_leaves_them_running() {
     drop(second);
 }
 
+/// At the top level and within `controllers`.
+#[test]
+fn controllers_that_run_already_are_as_they_were_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--pty", "none", "--count", "2", "--time", "8x", "--dap", "0"];
+    let (_serve, ready) = Process::serve(folder.path(), &arguments);
+    let mut editor = Editor::at_port(ready["dap"].as_str().unwrap()).introduced();
+    for (attribute, value) in [
+        ("model", json!("imc4")),
+        ("machine", json!("mill")),
+        ("time", json!("instant")),
+        ("quirks", json!({ "x": 1 })),
+        ("jobOptions", json!(["--no-ref"])),
+    ] {
+        let mut entry = json!({ "name": "2" });
+        entry[attribute] = value.clone();
+        let mut whole = json!({});
+        whole[attribute] = value;
+        let within = editor.refused("attach", json!({ "controllers": [entry] }));
+        let words = match attribute {
+            "jobOptions" => "a controller that runs already is no job; --no-ref, ",
+            _ => "a controller that runs already has its own model, machine, time and quirks; ",
+        };
+        assert!(within.starts_with(&format!("controller 2: {words}")), "{within}");
+        let whole = editor.refused("attach", whole);
+        assert!(whole.starts_with(words), "{whole}");
+    }
+    editor.ask("attach", json!({ "controllers": [{ "name": "2" }] }));
+}
+
 #[test]
 fn what_cannot_be_behind_ports_is_refused() {
     let both = json!({ "serve": true, "program": drilling()["program"] });

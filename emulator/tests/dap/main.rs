@@ -913,6 +913,21 @@ fn a_job_for_other_controllers_is_told_as_one_with_options_too() {
 }
 
 #[test]
+fn an_entry_of_controllers_is_one_controller() {
+    let list = example("commands.txt");
+    let within = json!([{ "program": list }]);
+    for (request, entry, which) in [
+        ("launch", json!({ "program": list, "controllers": within }), "controller 1 of the list"),
+        ("launch", json!({ "name": "b", "controllers": within }), "controller b"),
+        ("attach", json!({ "name": "b", "controllers": [{ "name": "2" }] }), "controller b"),
+    ] {
+        let refused = Editor::new().refused(request, json!({ "controllers": [entry] }));
+        let words = "an entry of `controllers` is one controller and has no `controllers` itself";
+        assert!(refused.starts_with(&format!("{which}: {words}")), "{refused}");
+    }
+}
+
+#[test]
 fn options_of_jobs_that_are_wrong_are_refused_with_what_is_right() {
     let (_folder, job) = file("IMF_PBL\nWPZERO\nMOVEABS X1000\n");
     for (options, wrong) in [
