@@ -101,7 +101,7 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     (
         "jobOptions",
         "array",
-        "what else is said about a job, as `vimc4 ncp run` takes it: `[\"--zero=100mm,50mm,-60mm\"]`; other files have no such options",
+        "what else is said about a job, as `vimc4 ncp run` takes it: --no-ref, --lenient, --zero, --wpreg or --drilldef-unit, as in `[\"--zero=100mm,50mm,-60mm\"]`; other files have no such options",
     ),
     (
         "cwd",
@@ -164,12 +164,18 @@ pub struct Opened {
     pub said: String,
 }
 
-/// The attribute that a name is nearly, or in which an option of this name stands, as its description has it.
+/// The attribute that a name is nearly, or in which an option of this name stands, as its description has
+/// it. Dashes and capitals make no difference.
 fn meant(name: &str) -> Option<&'static str> {
-    let near = |known: &str| osa_distance(&name.to_lowercase(), &known.to_lowercase());
+    let plain = |name: &str| name.replace('-', "").to_lowercase();
+    let name = plain(name);
+    let near = |known: &str| osa_distance(&name, &plain(known));
     let (distance, known) = ATTRIBUTES.map(|(known, ..)| (near(known), known)).into_iter().min()?;
-    let option = format!("--{name}");
-    let of_option = ATTRIBUTES.iter().find(|(.., about)| about.contains(&option));
+    let names_option = |about: &str| {
+        let mut words = about.split(|c: char| c != '-' && !c.is_ascii_alphabetic());
+        words.any(|word| word.starts_with("--") && plain(word) == name)
+    };
+    let of_option = ATTRIBUTES.iter().find(|(.., about)| names_option(about));
     match distance * 3 <= known.len() {
         true => Some(known),
         false => of_option.map(|(known, ..)| *known),
@@ -211,7 +217,7 @@ impl Configuration {
                 Some(meant) => format!("perhaps `{meant}` is meant"),
                 None => format!("there are {}", ATTRIBUTES.map(|(known, ..)| known).join(", ")),
             };
-            format!("the attribute `{name}` means nothing here; {right}")
+            format!("the attribute `{}` means nothing here; {right}", name.escape_debug())
         });
         own.chain(self.controllers.iter().flat_map(Configuration::unknown)).collect()
     }
@@ -311,6 +317,14 @@ mod tests {
         };
         for (name, meant) in [
             ("zero", "jobOptions"),
+            ("--zero", "jobOptions"),
+            ("wpreg", "jobOptions"),
+            ("noRef", "jobOptions"),
+            ("no-ref", "jobOptions"),
+            ("lenient", "jobOptions"),
+            ("drilldefUnit", "jobOptions"),
+            ("drilldef-unit", "jobOptions"),
+            ("keep-going", "keepGoing"),
             ("stopAtEntry", "stopOnEntry"),
             ("joboptions", "jobOptions"),
             ("porgram", "program"),
@@ -320,6 +334,15 @@ mod tests {
             configuration[name] = true.into();
             assert_eq!(told(configuration), [perhaps(name, meant)]);
         }
+        for name in ["", "--"] {
+            let told = told(json!({ name: 1 }));
+            assert!(told[0].contains("here; there are program, recording"), "{told:?}");
+        }
+        let controls = told(json!({ "\u{1b}[2J\n": 1 }));
+        assert!(
+            controls[0].starts_with("the attribute `\\u{1b}[2J\\n` means nothing"),
+            "{controls:?}"
+        );
         let list = json!({ "foo": 1, "controllers": [{ "name": "a", "machin": "mill" }] });
         let told = told(list);
         assert!(told[0].ends_with("there are program, recording, model, machine, serve, pty, tcp, serial, \

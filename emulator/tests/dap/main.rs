@@ -854,10 +854,11 @@ fn what_is_no_job_has_no_options_of_jobs() {
     let (_folder, job) = file("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
     let (zero, list) = (json!(["--zero=100mm"]), example("commands.txt"));
     let refused = |launch: Value| Editor::new().refused("launch", launch);
-    let words = format!(
-        "{list} is no job; --no-ref, --lenient, --zero, --wpreg, --drilldef-unit are for job files, so \
-         leave them out"
-    );
+    let options = ["--no-ref", "--lenient", "--zero", "--wpreg", "--drilldef-unit"];
+    let words =
+        format!("{list} is no job; {} are for job files, so leave them out", options.join(", "));
+    let about = vimc4_dap::ATTRIBUTES.iter().find(|(name, ..)| *name == "jobOptions").unwrap().2;
+    assert!(options.iter().all(|option| about.contains(option)), "{about}");
     let launch = json!({ "program": list, "machine": "mill", "jobOptions": zero });
     assert_eq!(refused(launch), words);
     let named = json!({ "machine": "mill", "controllers": [
