@@ -293,7 +293,7 @@ fn a_byte_order_mark_stays_before_all_that_is_mended() {
         assert_eq!(action["title"], "Mark the file as a job");
         assert_eq!(action["diagnostics"][0]["code"], "mark-missing");
         let edit = &action["edit"]["changes"][FILE][0];
-        assert_eq!((&edit["range"], &edit["newText"]), (&empty, &json!("IMF_PBL\n")));
+        assert_eq!((&edit["range"], &edit["newText"]), (&empty, &json!("IMF_PBL_V1.0\n")));
     }
     let mut format = |version, text: &str| {
         editor.change(version, json!({ "text": text }));

@@ -7,6 +7,7 @@ use vimc4_isel_wire::AxisSet;
 
 use crate::Severity;
 use crate::geometry::Reason;
+use crate::language::reference::WHOLE_MARK;
 use crate::language::{Accessory, LETTERS, Value};
 
 /// What can be wrong with what a line asks for. Axes are given by index, X the first.
@@ -478,7 +479,9 @@ impl Problem {
         use Problem::*;
         let help = match self {
             MarkNotFirst | MarkLate | MarkMissing => {
-                "begin the file with IMF_PBL_V1.0; other programs insist on it"
+                return Some(format!(
+                    "begin the file with {WHOLE_MARK}; other programs insist on it"
+                ));
             }
             ReferenceFirst => {
                 "begin the job with REF XYZ, or say with --no-ref that the machine is at its zero"

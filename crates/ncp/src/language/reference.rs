@@ -122,6 +122,9 @@ pub(super) const MOST_WORDS: usize = 11;
 /// The name that a file mark begins with.
 pub(super) const MARK: &str = "IMF_PBL";
 
+/// The file mark as other programs insist on it.
+pub(crate) const WHOLE_MARK: &str = "IMF_PBL_V1.0";
+
 /// The command of this name, in capitals or not.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static CommandInfo> {
@@ -776,7 +779,7 @@ pub static COMMANDS: &[CommandInfo] = &[
         "…",
         Form::Anything(Instruction::Mark),
         NOTHING,
-        "IMF_PBL_V1.0",
+        WHOLE_MARK,
         "Marks the file as a job; it is the first line, with any text after it.",
     ),
     field(row(

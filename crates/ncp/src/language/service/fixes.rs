@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::language::reference::WHOLE_MARK;
 use crate::language::{Instruction, Problem, g_code, lines, parse};
 
 /// A change that mends a problem.
@@ -44,7 +45,7 @@ pub fn fixes(text: &str, within: Range<usize>) -> Vec<Fix> {
             code: crate::job::Problem::MarkMissing.code(),
             about: 0..0,
             replaces: 0..0,
-            with: "IMF_PBL\n".to_owned(),
+            with: format!("{WHOLE_MARK}{}", line_end(text)),
             is_likely: true,
         });
     }
@@ -69,6 +70,14 @@ fn fix(about: Range<usize>, problem: Problem) -> Option<Fix> {
         _ => return None,
     };
     Some(Fix { title, code: problem.code(), about, replaces, with, is_likely })
+}
+
+/// How the first line of a text ends, and with it all others.
+fn line_end(text: &str) -> &'static str {
+    match text.split_once('\n') {
+        Some((first, _)) if first.ends_with('\r') => "\r\n",
+        _ => "\n",
+    }
 }
 
 /// Whether no line up to the end of the job is the mark.
@@ -115,7 +124,10 @@ mod tests {
 
     #[test]
     fn the_mark_is_put_in() {
-        assert_eq!(mended("REF X\n"), ["IMF_PBL\nREF X\n"]);
+        assert_eq!(mended("REF X\n"), ["IMF_PBL_V1.0\nREF X\n"]);
+        assert_eq!(mended("REF X"), ["IMF_PBL_V1.0\nREF X"]);
+        assert_eq!(mended("REF X\r\nREF Y\n"), ["IMF_PBL_V1.0\r\nREF X\r\nREF Y\n"]);
+        assert_eq!(mended("REF X\nREF Y\r\n"), ["IMF_PBL_V1.0\nREF X\nREF Y\r\n"]);
         assert_eq!(mended("REF X\nPROGEND\nIMF_PBL\n").len(), 1);
         assert_eq!(mended("; x\nIMF_PBL_V1\n"), <[String; 0]>::default());
     }
