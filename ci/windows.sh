@@ -122,6 +122,8 @@ printf 'step\nstep\nback\nposition\nwhy\n' | same console examples/commands.txt 
 printf 'step\r\nnonsense\r\n' | same console examples/commands.txt --machine mill
 # What was written is the same, too; the file for GTKWave names the folder.
 find "$folder/here" -name '*.vimc4-new' -delete
+# A recording says when it was made, and one of the two was made later.
+sed -i 's/"began":[0-9]*/"began":0/' "$folder"/{here,windows}/run.jsonl
 if diff -rq --exclude='*.gtkw' "$folder/here" "$folder/windows"; then passed; else wrong "the files differ"; fi
 # A folder has either sign behind it.
 (
