@@ -240,7 +240,6 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Answers the callers that do not want to wait any longer.
     pub(crate) fn give_up_waiting(&mut self) {
-        self.catch_up();
         let at = self.rig.device.now();
         let later = std::mem::take(&mut self.later).into_iter();
         let (given_up, later): (Vec<_>, Vec<_>) =
