@@ -5,6 +5,7 @@ usage: jobs.py VIMC4 LINK
 import os
 import pty
 import select
+import signal
 import sys
 import time
 
@@ -12,6 +13,8 @@ LINES = f"{sys.argv[1]} lines --pty {sys.argv[2]} --"
 
 shell, terminal = pty.fork()
 if shell == 0:
+    # Who starts tests in the background of a script has Ctrl-C ignored, and hands that down.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     os.environ["PS1"] = "ready> "
     os.execvp("bash", ["bash", "--norc", "--noprofile", "--noediting", "-i"])
 
