@@ -432,7 +432,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
         for _ in 0..64 {
             reactor_turn().await;
             self.drive.rig.wire.look_closely();
-            match poll_fn(|cx| Poll::Ready(self.poll_line(cx, room))).await {
+            let heard = poll_fn(|cx| {
+                // Who sends and reads has to get its answers meanwhile, or it loses them.
+                self.drive.rig.wire.poll_send(cx);
+                Poll::Ready(self.poll_line(cx, room))
+            });
+            match heard.await {
                 Poll::Ready(taken) if enough(taken) => return taken,
                 Poll::Ready(_) => {}
                 Poll::Pending => break,

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -163,5 +164,55 @@ fn who_heeds_the_handshake_waits() {
     running.handle.now().wait().unwrap();
     assert_eq!(heeds.drain(), b"0early,late,");
     assert_eq!(*shown.lock().unwrap(), [false, true]);
+    running.end().unwrap();
+}
+
+/// A line that knows how often something was taken from it while answers were waiting.
+struct Crowded {
+    line: Memory,
+    waiting: bool,
+    passed_over: Arc<AtomicUsize>,
+}
+
+impl Transport for Crowded {
+    fn label(&self) -> &Arc<str> {
+        self.line.label()
+    }
+
+    fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
+        let received = self.line.poll_receive(cx, buffer);
+        if self.waiting && matches!(received, Poll::Ready(Received::Bytes(_))) {
+            self.passed_over.fetch_add(1, Ordering::Relaxed);
+        }
+        received
+    }
+
+    fn poll_send(&mut self, cx: &mut Context<'_>) {
+        self.waiting = false;
+        self.line.poll_send(cx);
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Sent {
+        self.waiting = true;
+        self.line.send(bytes)
+    }
+}
+
+#[test]
+fn answers_are_passed_on_before_more_is_taken_in() {
+    let passed_over = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&passed_over);
+    let (running, mut port) = Running::start(Fake::new(b""), Clock::Manual, move |mut runner| {
+        let (line, port) = Memory::pair();
+        runner.attach(Box::new(Crowded { line, waiting: false, passed_over: counted }));
+        (runner, port)
+    });
+    // Whoever asks for the time has all taken in that was sent before.
+    for _ in 0..20 {
+        port.write_all(&b"eabcdefghij\r".repeat(2_000)).unwrap();
+        running.handle.now().wait().unwrap();
+        assert_eq!(port.drain(), b"abcdefghij".repeat(2_000));
+    }
+    assert_eq!(passed_over.load(Ordering::Relaxed), 0);
     running.end().unwrap();
 }
