@@ -1,6 +1,7 @@
 //! What happened, as people and programs read it.
 
 use std::fmt::{self, Write};
+use std::sync::Arc;
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -73,10 +74,33 @@ pub fn unknown_kind(name: &str) -> Problem {
 }
 
 impl Item {
-    /// It as JSON: made once, however many want it.
-    pub fn json(&self, names: &Names) -> &str {
-        self.json.get_or_init(|| told(self, names).into())
+    /// It as JSON.
+    #[must_use]
+    pub fn json(&self, names: &Names) -> String {
+        let mut text = String::with_capacity(ENTRY);
+        self.write(names, &mut text);
+        text
     }
+
+    /// Writes it as JSON behind what is there.
+    pub fn write(&self, names: &Names, text: &mut String) {
+        let mut fields = Fields { text, before: "{\"" };
+        tell_all(self, names, &mut fields);
+        fields.text.push('}');
+    }
+}
+
+/// Entries as JSON, with commas between them.
+#[must_use]
+pub fn list<'a>(items: impl IntoIterator<Item = &'a Arc<Item>>, names: &Names) -> String {
+    let mut text = String::new();
+    for item in items {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        item.write(names, &mut text);
+    }
+    text
 }
 
 /// The words for it, as `serve -v` has them; `None` for what the log leaves out.
@@ -107,19 +131,19 @@ impl Teller for Lines {
 const ENTRY: usize = 160;
 
 /// The fields of an entry as JSON, which are written as they are told: there may be very many entries.
-struct Fields(String);
+struct Fields<'a> {
+    text: &'a mut String,
+    /// What comes before the next of them.
+    before: &'static str,
+}
 
-impl Fields {
+impl Fields<'_> {
     /// One that was not told yet. Its key is a name without anything that JSON escapes.
     fn put(&mut self, key: &str, value: impl Into<Value>) {
-        self.put_value(key, &value.into());
-    }
-
-    fn put_value(&mut self, key: &str, value: &Value) {
-        let before = if self.0.is_empty() { "{\"" } else { ",\"" };
-        self.0.extend([before, key, "\":"]);
+        self.text.extend([self.before, key, "\":"]);
+        self.before = ",\"";
         // Writing to a string cannot fail.
-        let _ = write!(self.0, "{value}");
+        let _ = write!(self.text, "{}", value.into());
     }
 
     fn put_all(&mut self, fields: Map<String, Value>) {
@@ -129,8 +153,7 @@ impl Fields {
     }
 }
 
-fn told(item: &Item, names: &Names) -> String {
-    let mut fields = Fields(String::with_capacity(ENTRY));
+fn tell_all(item: &Item, names: &Names, fields: &mut Fields<'_>) {
     fields.put("number", item.number);
     fields.put("at", item.report.at.as_nanos());
     fields.put("kind", kind(&item.report));
@@ -142,16 +165,15 @@ fn told(item: &Item, names: &Names) -> String {
             if let Some(command) = command {
                 fields.put("command", command.0.get());
             }
-            tell(item, event, names, &mut fields);
+            tell(item, event, names, fields);
         }
-        What::News(news) => about(news, &mut fields),
+        What::News(news) => about(news, fields),
         What::Missed { reports } => fields.put("reports", *reports),
         _ => {}
     }
-    fields.0 + "}"
 }
 
-fn tell(item: &Item, event: &Event, names: &Names, fields: &mut Fields) {
+fn tell(item: &Item, event: &Event, names: &Names, fields: &mut Fields<'_>) {
     match event {
         Event::Command { mnemonic, bytes } => {
             fields.put("mnemonic", &**mnemonic);
@@ -189,7 +211,7 @@ fn tell(item: &Item, event: &Event, names: &Names, fields: &mut Fields) {
 }
 
 /// The name of a piece of news, and what there is to tell beside it.
-fn about(news: &News, fields: &mut Fields) {
+fn about(news: &News, fields: &mut Fields<'_>) {
     let (name, about) = match json!(news) {
         Value::Object(told) => match told.into_iter().next() {
             Some((name, about)) => (Value::from(name), Some(about)),
@@ -336,7 +358,7 @@ mod tests {
             ear.report(&Report { controller: "mill".into(), at, what }, &|_| "in words".to_owned());
         }
         let items = feed.after(0, usize::MAX).items;
-        items.iter().map(|item| item.json(&names).to_owned()).collect()
+        items.iter().map(|item| item.json(&names)).collect()
     }
 
     fn event(event: Event) -> What {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use vimc4_control::{Deed, News, Report, Sink, Wants, What};
 use vimc4_device::{CommandNumber, Event, Kinds, Motion, Stamp, Time};
@@ -56,8 +56,6 @@ pub struct Item {
     pub command: Option<Arc<Item>>,
     /// The motion that it changes or ends.
     pub course: Option<Arc<Item>>,
-    /// It as JSON, once somebody has asked for it.
-    pub(crate) json: OnceLock<Box<str>>,
 }
 
 impl Item {
@@ -206,7 +204,7 @@ impl Kept {
         self.is_elsewhere &= motion.is_none();
         self.last += 1;
         let (number, command) = (self.last, command.cloned());
-        let item = Item { number, report, means, command, course, json: OnceLock::new() };
+        let item = Item { number, report, means, command, course };
         let item = Arc::new(item);
         match item.report.event() {
             Some(Event::Command { .. }) => {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use vimc4_device::Names;
 
-use crate::entry::{is_kind, kind, unknown_kind};
+use crate::entry::{is_kind, kind, list, unknown_kind};
 use crate::feed::Feed;
 use crate::fields::number_of;
 use crate::limits::PAGE;
@@ -52,12 +52,11 @@ impl Wanted<'_> {
             // What is to come cannot have been seen.
             _ => part.last,
         };
-        let entries: Vec<&str> = entries.iter().map(|item| item.json(names)).collect();
         format!(
             r#"{{"first":{},"last":{},"next":{next},"entries":[{}]}}"#,
             part.first,
             part.last,
-            entries.join(",")
+            list(entries, names)
         )
     }
 }

@@ -1,6 +1,6 @@
 //! What happens, as it happens: the messages of the WebSocket.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -17,6 +17,10 @@ const BATCH: usize = 1_024;
 
 /// A message that is so long has no further entry, bytes: clients take no messages of any length.
 const LONG: usize = 256 * 1024;
+
+/// So many messages of a controller are remembered for those who want the same: more than are made before
+/// all who keep up have got them.
+const SHARED: usize = 16;
 
 /// What a client wants, in its own words.
 #[derive(Debug, Default, Deserialize)]
@@ -120,40 +124,88 @@ impl Subscription {
     }
 }
 
+/// The messages of a controller that were made last: each is made once for all clients that want the same.
+/// A `T` is a text that is cheap to clone.
+#[derive(Debug)]
+pub struct Messages<T>(VecDeque<Message<T>>);
+
+/// What there is to tell between two numbers of those who want some kinds of entries.
+#[derive(Debug)]
+struct Message<T> {
+    kinds: Option<Vec<String>>,
+    /// The number before the first.
+    after: u64,
+    /// The number of the last.
+    last: u64,
+    text: Option<T>,
+}
+
+impl<T> Default for Messages<T> {
+    fn default() -> Messages<T> {
+        Messages(VecDeque::new())
+    }
+}
+
+impl<T> Messages<T> {
+    fn of(&self, kinds: Kinds<'_>) -> impl Iterator<Item = &Message<T>> {
+        self.0.iter().filter(move |made| made.kinds.as_deref() == kinds.0)
+    }
+
+    fn keep(&mut self, message: Message<T>) {
+        if self.0.len() == SHARED {
+            self.0.pop_front();
+        }
+        self.0.push_back(message);
+    }
+}
+
 impl Followed {
     /// The messages with a batch of what has happened, and whether there is more.
-    pub fn entries(
+    pub fn entries<T: Clone + From<String>>(
         &mut self,
-        kinds: &Kinds<'_>,
+        kinds: Kinds<'_>,
         feed: &Feed,
         names: &Names,
-    ) -> (Vec<String>, bool) {
+        messages: &mut Messages<T>,
+    ) -> (Vec<T>, bool) {
+        if let Some(made) = messages.of(kinds).find(|made| made.after == self.sent) {
+            self.sent = made.last;
+            return (made.text.iter().cloned().collect(), self.sent < feed.state().0);
+        }
+        // Whoever is elsewhere ends where others do, to go on with them.
+        let end = messages.of(kinds).map(|made| made.last).filter(|last| *last > self.sent).min();
         let number = self.place + 1;
-        let mut messages = Vec::new();
+        let mut texts = Vec::new();
         let part = feed.after(self.sent, BATCH);
         if self.sent + 1 < part.first {
             let (from, to) = (self.sent + 1, part.first - 1);
             let gap = json!({ "type": "gap", "controller": number, "from": from, "to": to });
-            messages.push(gap.to_string());
+            texts.push(gap.to_string().into());
             self.sent = to;
         }
-        let mut message = format!(r#"{{"type":"events","controller":{number},"entries":["#);
-        let opening = message.len();
+        let after = self.sent;
+        let mut text = format!(r#"{{"type":"events","controller":{number},"entries":["#);
+        let opening = text.len();
         for item in &part.items {
-            if message.len() >= LONG {
+            if text.len() >= LONG || Some(self.sent) == end {
                 break;
             }
             self.sent = item.number;
             if kinds.contain(kind(&item.report)) {
-                let comma = if message.len() == opening { "" } else { "," };
-                message.extend([comma, item.json(names)]);
+                if text.len() > opening {
+                    text.push(',');
+                }
+                item.write(names, &mut text);
             }
         }
-        if message.len() > opening {
-            message.push_str("]}");
-            messages.push(message);
+        text.push_str("]}");
+        let text = (text.len() > opening + 2).then(|| T::from(text));
+        texts.extend(text.clone());
+        if self.sent > after {
+            let kinds = kinds.0.map(<[String]>::to_vec);
+            messages.keep(Message { kinds, after, last: self.sent, text });
         }
-        (messages, self.sent < part.last)
+        (texts, self.sent < part.last)
     }
 
     /// How things stand, if there may be another position than was sent last.
@@ -236,10 +288,11 @@ mod tests {
         let wish = Wish::from_the_beginning(1, &["flash"], 0);
         let mut subscription = Subscription::new(wish, &[&feed]).expect("there is one");
         let (kinds, followed) = subscription.parts();
+        let (names, mut messages) = (Names::default(), Messages::<String>::default());
         let (mut numbers, mut lengths) = (Vec::new(), Vec::new());
         loop {
-            let (messages, is_more) = followed[0].entries(&kinds, &feed, &Names::default());
-            for message in messages {
+            let (texts, is_more) = followed[0].entries(kinds, &feed, &names, &mut messages);
+            for message in texts {
                 let read: Value = serde_json::from_str(&message).expect("it is JSON");
                 let entries = read["entries"].as_array().expect("a list");
                 numbers.extend(entries.iter().filter_map(|entry| entry["number"].as_u64()));
@@ -252,5 +305,71 @@ mod tests {
         assert_eq!(numbers, Vec::from_iter(1..=3_031));
         assert!(lengths.iter().all(|length| *length < LONG + 100_000), "{lengths:?}");
         assert!(lengths.len() < 20, "{lengths:?}");
+    }
+
+    #[test]
+    fn a_message_is_made_once_for_all_who_want_the_same() {
+        let feed = Feed::new(Arc::new(|| ()));
+        let mut ear = feed.sink();
+        let mut happens = |event| {
+            let what = What::Event { command: None, event };
+            let report = Report { controller: "".into(), at: Time::ZERO, what };
+            ear.report(&report, &|_| String::new());
+        };
+        let names = Names::default();
+        let mut messages = Messages::<Arc<str>>::default();
+        let subscribe = |kinds: Option<&str>, after: u64| {
+            let kinds = kinds.map(|kind| vec![kind.to_owned()]);
+            let wish = Wish { kinds, after: BTreeMap::from([(1, after)]), ..Wish::default() };
+            Subscription::new(wish, &[&feed]).expect("there is one")
+        };
+        let mut early = [subscribe(None, 0), subscribe(None, 0)];
+        let mut some = [subscribe(Some("baud"), 0), subscribe(Some("baud"), 0)];
+        let mut told = |client: &mut Subscription| {
+            let (kinds, followed) = client.parts();
+            let mut texts = Vec::new();
+            loop {
+                let (more, is_more) = followed[0].entries(kinds, &feed, &names, &mut messages);
+                texts.extend(more);
+                if !is_more {
+                    return texts;
+                }
+            }
+        };
+        let numbers = |texts: &[Arc<str>]| -> Vec<u64> {
+            let read = |text: &Arc<str>| serde_json::from_str::<Value>(text).expect("it is JSON");
+            let entries = texts.iter().flat_map(|text| read(text)["entries"].as_array().cloned());
+            entries.flatten().filter_map(|entry| entry["number"].as_u64()).collect()
+        };
+        let same = |one: &[Arc<str>], other: &[Arc<str>]| {
+            one.len() == other.len() && one.iter().zip(other).all(|(a, b)| Arc::ptr_eq(a, b))
+        };
+        // Nothing has happened, and it is not remembered that nothing has.
+        assert!(told(&mut early[0]).is_empty() && told(&mut early[1]).is_empty());
+
+        (0..3).for_each(|_| happens(Event::Port { port: 1, value: 2 }));
+        let first = told(&mut early[0]);
+        assert_eq!(numbers(&first), [1, 2, 3]);
+        happens(Event::Baud { baud: 9_600 });
+        // Who comes later gets what was made, and then the rest.
+        let second = told(&mut early[1]);
+        assert_eq!(numbers(&second), [1, 2, 3, 4]);
+        assert!(Arc::ptr_eq(&first[0], &second[0]));
+        assert!(same(&told(&mut early[0]), &second[1..]));
+        // Who wants something else gets something else, and all that want it the same.
+        let few = told(&mut some[0]);
+        assert_eq!(numbers(&few), [4]);
+        assert!(same(&told(&mut some[1]), &few));
+        // Who begins in the middle is told up to where others were, and goes on with them.
+        let mut late = subscribe(None, 1);
+        let texts = told(&mut late);
+        assert_eq!(numbers(&texts), [2, 3, 4]);
+        assert!(same(&texts[1..], &second[1..]));
+        (0..3_000).for_each(|_| happens(Event::Port { port: 1, value: 3 }));
+        let all = told(&mut early[0]);
+        assert_eq!(numbers(&all), Vec::from_iter(5..=3_004));
+        assert!(same(&told(&mut late), &all) && same(&told(&mut early[1]), &all));
+        // Where nothing of it is wanted nobody is told anything.
+        assert!(told(&mut some[0]).is_empty() && told(&mut some[1]).is_empty());
     }
 }

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use tokio::sync::{Mutex, Semaphore, oneshot};
 use tokio::time::timeout;
 use vimc4::{Control, ControlError, Names, Sink, Time};
+use vimc4_answers::entry::list;
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::HISTORY;
 use vimc4_answers::past::{Goal, Sight, wrong_line, wrong_look};
@@ -132,11 +133,10 @@ fn entries(debugger: &mut dyn Debugging, branch: Option<u64>, names: &Names) -> 
     let feed = Feed::new(Arc::new(|| {}));
     let before = debugger.happened(branch, &mut feed.sink()).map_err(|why| wrong_look(&why))?;
     let part = feed.after(before, HISTORY);
-    let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();
     let (first, last) = (part.first.max(before + 1), part.last);
     Ok(format!(
         r#"{{"first":{first},"last":{last},"next":{last},"entries":[{}]}}"#,
-        entries.join(",")
+        list(&part.items, names)
     ))
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::json;
 use tokio::time::{sleep_until, timeout};
 use tungstenite::error::ProtocolError;
@@ -168,7 +168,7 @@ async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
 }
 
 /// A client that does not take what it is sent is gone.
-async fn say(socket: &mut WebSocket, text: String) -> Result<(), End> {
+async fn say(socket: &mut WebSocket, text: impl Into<Utf8Bytes>) -> Result<(), End> {
     let sent = timeout(PATIENCE, socket.send(Message::Text(text.into()))).await;
     sent.map_err(|_| End::Gone)?.map_err(|_| End::Gone)
 }
@@ -196,11 +196,12 @@ impl Served {
         let mut more = false;
         let (kinds, followed) = self.subscription.parts();
         for followed in followed {
-            let feed = &app.controllers[followed.place].feed;
-            let (messages, is_more) = followed.entries(&kinds, feed, &app.names);
+            let served = &app.controllers[followed.place];
+            let (texts, is_more) =
+                followed.entries(kinds, &served.feed, &app.names, &mut served.messages());
             more |= is_more;
-            for message in messages {
-                say(socket, message).await?;
+            for text in texts {
+                say(socket, text).await?;
             }
         }
         Ok(more)

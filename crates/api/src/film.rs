@@ -8,6 +8,7 @@ use flate2::write::GzEncoder;
 use serde_json::{Map, Value, json};
 use vimc4::device::{Controller, Device};
 use vimc4::{Machine, Model, Names, Report, Sink, Time, View};
+use vimc4_answers::entry::list;
 use vimc4_answers::feed::Feed;
 use vimc4_answers::seen;
 
@@ -131,12 +132,8 @@ impl Film {
             "back": self.back,
             "parts": self.parts,
         });
-        write!(packed, "{{\"head\":{head},\"entries\":[")?;
-        for (place, item) in part.items.iter().enumerate() {
-            let comma = if place > 0 { "," } else { "" };
-            write!(packed, "{comma}{}", item.json(&self.names))?;
-        }
-        write!(packed, "],\"views\":[")?;
+        let entries = list(&part.items, &self.names);
+        write!(packed, "{{\"head\":{head},\"entries\":[{entries}],\"views\":[")?;
         let mut before = Value::Null;
         for (place, (at, view)) in self.views.into_iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };

@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use axum::extract::ws::Utf8Bytes;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
 use vimc4::{Control, Emulator, Error, Names, Snapshot, Time};
 use vimc4_answers::feed::Feed;
+use vimc4_answers::news::Messages;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen::{self, Position};
 
@@ -56,6 +58,8 @@ impl fmt::Debug for Debug {
 pub(crate) struct Served {
     pub(crate) control: Control,
     pub(crate) feed: Arc<Feed>,
+    /// What those who watch were told last.
+    messages: Mutex<Messages<Utf8Bytes>>,
     /// What does not change.
     pub(crate) about: Value,
     pub(crate) snapshots: Snapshots,
@@ -123,11 +127,12 @@ impl App {
                 control.watch(memory.clone()).await?;
             }
             let about = about(number, emulator, &control, &names);
-            let (snapshots, desk, expectations, position) = Default::default();
+            let (messages, snapshots, desk, expectations, position) = Default::default();
             let recordings = Recordings::beside(emulator.recording());
             controllers.push(Served {
                 control,
                 feed,
+                messages,
                 about,
                 snapshots,
                 desk,
@@ -165,6 +170,11 @@ impl App {
 }
 
 impl Served {
+    /// What those who watch were told last. It is whole at any time, so a panic elsewhere is no reason to stop.
+    pub(crate) fn messages(&self) -> MutexGuard<'_, Messages<Utf8Bytes>> {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Where the axes are, no longer than this ago: however many ask, the controller is asked once.
     pub(crate) async fn position(&self, age: Duration) -> Result<Arc<Position>, Problem> {
         let mut last = self.position.lock().await;

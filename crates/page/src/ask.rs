@@ -5,7 +5,7 @@ use std::str;
 use serde_json::json;
 use vimc4_answers::fields::{Content, body, image, no_such, place_of, query, right_body};
 use vimc4_answers::limits::{BODY, IMAGE, POSITIONS};
-use vimc4_answers::news::{Subscription, Wish};
+use vimc4_answers::news::{Messages, Subscription, Wish};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen::Position;
 use vimc4_answers::table::{ROUTES, find};
@@ -211,8 +211,9 @@ impl Desk {
                 let Some(served) = self.controllers.get(followed.place) else { continue };
                 let feed = &served.live.feed;
                 loop {
-                    let (mut news, is_more) = followed.entries(&kinds, feed, &served.live.names);
-                    messages.append(&mut news);
+                    let (news, is_more) =
+                        followed.entries(kinds, feed, &served.live.names, &mut Messages::default());
+                    messages.extend::<Vec<String>>(news);
                     if !is_more {
                         break;
                     }

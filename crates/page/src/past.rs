@@ -1,6 +1,7 @@
 //! What the routes of the debugger, of the past and of other states do.
 
 use serde_json::json;
+use vimc4_answers::entry::list;
 use vimc4_answers::feed::Feed;
 use vimc4_answers::fields::no_such;
 use vimc4_answers::limits::HISTORY;
@@ -137,11 +138,10 @@ pub(crate) fn history_entries(desk: &mut Desk, call: &Call) -> Outcome {
     let before = past::happened(served.debugger(), branch, &mut feed.sink()).map_err(wrong)?;
     let part = feed.after(before, HISTORY);
     let names = &served.live.names;
-    let entries: Vec<&str> = part.items.iter().map(|item| item.json(names)).collect();
     let (first, last) = (part.first.max(before + 1), part.last);
     Ok(Answer::Json(format!(
         r#"{{"first":{first},"last":{last},"next":{last},"entries":[{}]}}"#,
-        entries.join(",")
+        list(&part.items, names)
     )))
 }
 

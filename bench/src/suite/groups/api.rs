@@ -29,34 +29,37 @@ const FOLLOWING: usize = 10;
 pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let span = bench.either(Duration::from_millis(200), Duration::from_millis(30));
     let mut section = Section::default();
-    let plain = [start()?];
+    let plain = [bench.cores.server.run(start)?];
     for (what, looking, following) in [
         ("the API is there and nobody uses it", 0, 0),
         ("fifty clients look and ten follow", LOOKING, FOLLOWING),
     ] {
-        let served = [start()?];
-        let place = Place::take("127.0.0.1:0", None).doing("listen")?;
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.doing("wait for events")?;
-        let server = runtime.block_on(Server::start(place, &served, None)).doing("serve")?;
+        let (served, server) = bench.cores.server.run(|| {
+            let served = [start()?];
+            let server = serve(&served)?;
+            Ok((served, server))
+        })?;
         let (mut without, mut with) = (connect(&plain[0])?, connect(&served[0])?);
         let over = AtomicBool::new(false);
-        let rates = thread::scope(|scope| {
-            let (address, over) = (server.address(), &over);
-            scope.spawn(move || look(address, looking, over));
-            for _ in 0..following {
-                scope.spawn(move || follow(address, over));
-            }
-            let rates =
-                alternate(5 * ROUNDS, || without.ping(ISEL, span), || with.ping(ISEL, span));
-            over.store(true, Ordering::Relaxed);
-            rates
+        let rates = bench.cores.client.run(|| {
+            thread::scope(|scope| {
+                let (address, over) = (server.address(), &over);
+                scope.spawn(move || look(address, looking, over));
+                for _ in 0..following {
+                    scope.spawn(move || follow(address, over));
+                }
+                let rates =
+                    alternate(5 * ROUNDS, || without.ping(ISEL, span), || with.ping(ISEL, span));
+                over.store(true, Ordering::Relaxed);
+                rates
+            })
         })?;
         section.add(Figure::rates(format!("round trips over TCP, {what}"), rates, LEAST));
     }
     section.note(
-        "Controllers, API and clients are in the measuring process and share its cores; the clients go on \
-         while the baseline is measured. Each of the fifty asks for the view ten times a second.",
+        "Controllers and API are on one core and all clients on another; the clients go on while the \
+         baseline is measured. Each of the fifty asks for the view ten times a second, and the ten take \
+         everything that is told of every command.",
     );
     Ok(section)
 }
@@ -64,6 +67,13 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
 fn start() -> Outcome<Emulator> {
     let builder = Emulator::builder().record(false).tcp("127.0.0.1:0");
     builder.start().doing("start an emulator")
+}
+
+fn serve(emulators: &[Emulator]) -> Outcome<Server> {
+    let place = Place::take("127.0.0.1:0", None).doing("listen")?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.doing("wait for events")?;
+    runtime.block_on(Server::start(place, emulators, None)).doing("serve")
 }
 
 fn connect(emulator: &Emulator) -> Outcome<Wire> {
