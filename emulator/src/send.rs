@@ -30,7 +30,7 @@ use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
-use vimc4_script::{Kind, Script, ScriptLine, is_job, suits};
+use vimc4_script::{Kind, Script, ScriptLine, is_job, readable, suits};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use whereabouts::Doubt;
@@ -124,6 +124,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     // Who named no model may have the right controller.
     suits(&name, &bytes, &handling)
         .map_err(|why| Failure::usage(format!("{why}, with --model")))?;
+    readable(&name, &bytes, &handling).map_err(Failure::usage)?;
     if handling.takes_stream {
         not_for(job_options(arguments), &name, "plot file")?;
         let machine = vimc4::machine(job.setup.machine())?;

@@ -1008,7 +1008,8 @@ fn a_plot_without_its_model_is_told_so() {
         let (_, err) = ends(&folder, arguments, 2);
         err.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    for plot in [PLOT.to_owned(), format!("\u{feff}; a board\n{PLOT}")] {
+    for before in ["", "\u{feff}; a board\n", "\x1BE\x1B%0B", "@PJL ENTER LANGUAGE=HPGL2\n"] {
+        let plot = format!("{before}{PLOT}");
         fs::write(folder.join("plot.plt"), plot).unwrap();
         let err = said(&["send", "plot.plt", "--to", "nowhere"]);
         assert!(
@@ -1016,6 +1017,19 @@ fn a_plot_without_its_model_is_told_so() {
             "{err}"
         );
         assert!(err.ends_with("choose one of smcu, motionsystem, with --model"), "{err}");
+    }
+    // What stands behind an escape sequence says what it is.
+    fs::write(folder.join("red.txt"), "\x1B[31m@07\n").unwrap();
+    let (_, err) = ends(&folder, &["send", "red.txt", "--to", "nowhere"], 1);
+    assert!(err.contains("the model imc4 would answer \\x1B[31m@07 with 5"), "{err}");
+    let err = said(&["send", "red.txt", "--to", "nowhere", "--model", "smcu"]);
+    assert!(err.contains("red.txt is a command list, and the smcu does not speak"), "{err}");
+    assert!(err.ends_with("c142, with --model"), "{err}");
+    let binary = b"\x7FELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0>\0";
+    fs::write(folder.join("program"), binary).unwrap();
+    for arguments in [&["send", "program", "--to", "nowhere"][..], &["run", "program"]] {
+        let err = said(arguments);
+        assert!(err.contains("program is binary, not text") && err.contains("@07"), "{err}");
     }
     fs::write(folder.join("board.LMD"), b"LMD\0\x01\0\0\0PA1,2;").unwrap();
     let err = said(&["send", "board.LMD", "--to", "nowhere", "--model", "smcu"]);
@@ -1553,6 +1567,10 @@ fn escape_sequences_of_a_plot_are_named() {
             "{said}"
         );
     }
+    // The sequence is named, not the command that its letter makes with the next.
+    fs::write(folder.join("plot.plt"), "\u{1b}.IN;!CT1;PA0,0;").unwrap();
+    let (_, err) = ends(&folder, &["send", "plot.plt", "--to", "nowhere", "--model", "smcu"], 1);
+    assert!(err.contains(r"the model smcu does not know `\x1B.I`"), "{err}");
     // What only separates commands does no harm, nor do numbers that nobody reads.
     for (plot, said) in [
         ("\u{1b}.(;IN;PA100,100;", "every command was carried out"),

@@ -653,10 +653,12 @@ fn a_binary_file_is_said_to_be_one() {
         assert!(said.contains("is binary") && said.contains(what), "{said}");
         assert!(said.contains("HPGL"), "{said}");
     }
-    // A text of that name is a plot, and NULs may follow the ends of commands.
+    // A text of that name is a plot, and NULs may stand wherever commands end.
     let file = folder.path().join("text.lmd");
-    fs::write(&file, "IN;\0PA5,5;\0PU;\0").unwrap();
-    assert_eq!(vimc4(&file, "--model smcu").status.code(), Some(0));
+    for plot in ["IN;\0PA5,5;\0PU;\0", &format!("{}IN;PA5,5;", "\0".repeat(20))] {
+        fs::write(&file, plot).unwrap();
+        assert_eq!(vimc4(&file, "--model smcu").status.code(), Some(0), "{plot:?}");
+    }
 }
 
 #[test]

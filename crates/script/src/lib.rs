@@ -2,15 +2,18 @@
 
 #![forbid(unsafe_code)]
 
-use std::ops::Range;
-
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
-use vimc4_ncp::language::BYTE_ORDER_MARK;
+use vimc4_ncp::language::{BYTE_ORDER_MARK, decode};
 
+mod escapes;
+mod readable;
 mod sort;
 mod work;
+pub use readable::readable;
 pub use sort::{is_job, suits};
+
+use sort::BEGINNINGS;
 pub use work::{Host, number, said, storing, takes_jobs, target, told};
 
 /// A file of commands.
@@ -56,8 +59,9 @@ pub struct ScriptLine {
     pub numbers: usize,
     /// Whether it would be a command in capital letters.
     pub lower_case: bool,
-    /// Whether some of it is an escape sequence, with which HPGL sets up a plotter's line.
-    pub escape: bool,
+    /// The escape sequence, with which HPGL sets up a plotter's line, that some of it is of, as it
+    /// can be shown.
+    pub escape: Option<String>,
 }
 
 impl ScriptLine {
@@ -74,7 +78,7 @@ impl ScriptLine {
             command: true,
             numbers: 0,
             lower_case: false,
-            escape: false,
+            escape: None,
         }
     }
 
@@ -107,26 +111,13 @@ impl Script {
     /// Why there is none in it, as a sentence.
     pub fn of(name: &str, bytes: &[u8], handling: &Handling) -> Result<Script, String> {
         suits(name, bytes, handling)?;
-        if handling.takes_stream && is_binary(bytes) {
-            let lmd = name.rsplit_once('.').is_some_and(|(_, end)| end.eq_ignore_ascii_case("lmd"));
-            let what = match lmd {
-                true => "LMD, the layers and tools of a board for LPKF's programs",
-                false => "not text",
-            };
-            return Err(format!(
-                "{name} is binary, {what}: it has no commands that could be sent; plot it into a file \
-                 in the program that wrote it: HPGL, text such as PU;PA1000,2000;PD;"
-            ));
-        }
+        readable(name, bytes, handling)?;
         let script = match Script::stream(bytes, handling) {
             Some(script) if script.lines.is_empty() => {
                 Err("a stream of commands has some such as PA1000,2000;")
             }
             Some(script) => Ok(script),
-            None => Script::parse(bytes).ok_or(
-                "a command list begins with a line such as @07, a data field with one such as 71, a \
-                 job with IMF_PBL",
-            ),
+            None => Script::parse(bytes).ok_or(BEGINNINGS),
         };
         script.map_err(|right| format!("{name} holds no command; {right}"))
     }
@@ -134,12 +125,14 @@ impl Script {
     /// Takes a stream of commands apart, if files are streams.
     pub fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
         let (mut number, mut counted) = (1, 0);
-        let mut escapes = escapes(bytes).into_iter().peekable();
+        let mut escapes = escapes::plotters(bytes).into_iter().peekable();
         let pieces = handling.stream(bytes)?.into_iter().map(|piece| {
             number += breaks(bytes.get(counted..piece.bytes.start).unwrap_or_default());
             counted = piece.bytes.start;
             while escapes.next_if(|escape| escape.end <= piece.bytes.start).is_some() {}
-            let escape = escapes.peek().is_some_and(|escape| escape.start < piece.bytes.end);
+            let escape = escapes.peek().filter(|escape| escape.start < piece.bytes.end);
+            let escape =
+                escape.and_then(|escape| bytes.get(escape.clone())).map(vimc4_device::escape);
             let (text, end) = match bytes.get(piece.bytes).unwrap_or_default() {
                 [text @ .., end @ (b';' | b'\r')] => (text, *end),
                 text => (text, b';'),
@@ -160,7 +153,8 @@ impl Script {
     }
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
-    /// `;` or `#`, which no command does, mean nothing.
+    /// `;` or `#`, which no command does, mean nothing. There is nothing in it either if no line
+    /// says anything behind its escape sequences.
     pub fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
         let mut lines = Vec::new();
@@ -176,14 +170,12 @@ impl Script {
                 Some(_) => lines.push(ScriptLine::read(Some(number), line)),
             }
         }
-        let first = lines.first()?;
-        let kind = match first.bytes.trim_ascii_start().first() {
-            Some(b'@') => Kind::Commands,
+        let text = decode(bytes);
+        let kind = match sort::first(&text)? {
+            first if first.starts_with('@') => Kind::Commands,
+            first if first.trim_end() == "9" => return None,
             _ => Kind::DataField,
         };
-        if kind == Kind::DataField && first.is("9") {
-            return None;
-        }
         Some(Script { kind, lines, axes, model, machine })
     }
 
@@ -206,71 +198,6 @@ fn axes_of(value: &str) -> Option<u8> {
     let digits = value.bytes().take_while(u8::is_ascii_digit).count();
     let axes = value.get(..digits)?.parse().ok()?;
     matches!(axes, 1 | 3 | 7 | 8 | 9 | 11 | 15).then_some(axes)
-}
-
-/// How many bytes at the beginning of a file show what it is.
-const LOOKED_AT: usize = 4_096;
-
-/// No label is longer than this.
-const LABEL_MAX: usize = 256;
-
-/// Whether this is not a text: more than one byte in ten is a control character that no text has, or
-/// outside of ASCII. Labels may be in any language and code. NULs fill plots up, and are no reason
-/// as long as nothing else is; but a third of a text they are not.
-fn is_binary(bytes: &[u8]) -> bool {
-    let bytes = &bytes[..bytes.len().min(LOOKED_AT)];
-    let nuls = bytes.iter().filter(|&&byte| byte == 0).count();
-    let mut strange = 0;
-    let mut rest = bytes;
-    while let [first, behind @ ..] = rest {
-        let is_text = match first {
-            // The controls of text, of labels, of a plotter's handshake and of the end of a file.
-            0 | 3 | b'\t' | b'\n' | b'\r' | b'\x0C' | b'\x0E' | b'\x0F' | 0x11 | 0x13 | 0x1A
-            | 0x1B => true,
-            byte => (b' '..=b'~').contains(byte),
-        };
-        let length = if is_text { label(rest).max(1) } else { encoded(rest) };
-        strange += usize::from(length == 0);
-        rest = rest.get(length.max(1)..).unwrap_or(behind);
-    }
-    let strange = if strange > 0 { strange + nuls } else { 0 };
-    strange * 10 > bytes.len() || nuls * 3 > bytes.len()
-}
-
-/// Where the escape sequences of HPGL are: ESC, a point and a character; some have numbers behind it,
-/// between semicolons, and a colon at the end.
-fn escapes(text: &[u8]) -> Vec<Range<usize>> {
-    let begins = text.windows(3).enumerate().filter(|(_, bytes)| bytes.starts_with(b"\x1B."));
-    let whole = |(start, bytes): (usize, &[u8])| {
-        let behind = text.get(start + 3..).unwrap_or_default();
-        let numbers = behind.iter().take_while(|byte| byte.is_ascii_digit() || **byte == b';');
-        let numbers = numbers.count();
-        let takes = bytes.last().is_some_and(|letter| b"@HIMNPT".contains(letter));
-        let ends = takes && behind.get(numbers) == Some(&b':');
-        start..start + 3 + if ends { numbers + 1 } else { 0 }
-    };
-    begins.map(whole).collect()
-}
-
-/// How long the label is that begins here: its text ends at an ETX, and where that was forgotten,
-/// at a semicolon. 0 if none does.
-fn label(bytes: &[u8]) -> usize {
-    let Some(text) = bytes.strip_prefix(b"LB") else { return 0 };
-    let text = &text[..text.len().min(LABEL_MAX)];
-    let at = |end| text.iter().position(|byte| *byte == end).map(|place| place + 1);
-    match at(3).or_else(|| at(b';')) {
-        Some(length) if !text[..length].contains(&0) => 2 + length,
-        _ => 0,
-    }
-}
-
-/// How long the character is that begins here, if it is one of UTF-8 beyond ASCII; else 0.
-fn encoded(bytes: &[u8]) -> usize {
-    let is_character = |length: &usize| {
-        bytes.first().is_some_and(|first| !first.is_ascii())
-            && bytes.get(..*length).is_some_and(|bytes| str::from_utf8(bytes).is_ok())
-    };
-    (2..=4).find(is_character).unwrap_or(0)
 }
 
 /// How many lines end in a text, however they do.
@@ -351,7 +278,11 @@ mod tests {
         let handling = Handling::of(&vimc4_catalogue::model("smcu").unwrap());
         let escapes = |text: &[u8]| {
             let script = Script::stream(text, &handling).unwrap();
-            script.lines.into_iter().map(|line| (line.text(), line.escape)).collect::<Vec<_>>()
+            script
+                .lines
+                .into_iter()
+                .map(|line| (line.text(), line.escape.is_some()))
+                .collect::<Vec<_>>()
         };
         let found = escapes(b"\x1B.(;IN;\x1B.@;0:PA1,2;\x1B.YPD;\x1B.I81;;17:PU;");
         for known in ["IN", "PA1,2", "PU"] {
@@ -359,44 +290,16 @@ mod tests {
         }
         assert!(found.iter().any(|(text, escape)| text.starts_with('Y') && *escape), "{found:?}");
         assert!(found.iter().filter(|(_, escape)| *escape).count() >= 2, "{found:?}");
-        // Without its colon it has no numbers.
-        assert_eq!(super::escapes(b"\x1B.@;PA5\x1B.J;"), [0..3, 7..10]);
-        assert_eq!(super::escapes(b"a\x1B.@;0:\x1B.J\x1B"), [1..7, 7..10]);
-    }
-
-    #[test]
-    fn what_is_binary_is_seen() {
-        for text in [
-            &b""[..],
-            b"IN;\0PA1,2;\0PD;\r\0PU;\0",
-            b"\x1B.(;IN;SP1;PU0,0;LBnote\x03;PD10,10;PU;SP0;",
-            b"PA1,2;\n\x0C\t PU;\r\n",
-            b"P",
-            b"LBGeh\xC3\xA4use\x03;PA100,100;",
-            b"LBGeh\xE4use;PA100,100;",
-            b"LB\xD0\x9F\xD0\xBB\xD0\xB0\xD1\x82\xD0\xB0\x03;PA1,1;",
-            "# \u{43F}\u{43B}\u{430}\u{442}\u{430}\nPA1,1;".as_bytes(),
-            b"\x1B.Y\x1B.J\x1B.K\x1B.R\x1B.@0;0:IN;PA10,10;",
-            b"PA100,100;\0\0\0",
-            b"\0\0\0PA100,100;",
-            b"PA100,\0\0\x00100;",
-            b"PA5,5;\r\n\x1A",
-        ] {
-            assert!(!is_binary(text), "{}", escape(text));
-        }
-        for binary in [
-            &b"LMD\0\x01\0\0\0PA1,2;"[..],
-            b"\0\0\0\0",
-            b"\x89LMD\r\n\x1A\n\0\0\0\x0D",
-            b"P\0A\x001\0,\x002\0;\0",
-            b"LB\0\x80\x81\x82\x83\x03",
-        ] {
-            assert!(is_binary(binary), "{}", escape(binary));
-        }
     }
 
     #[test]
     fn the_first_command_says_what_it_is() {
+        for before in ["\x1BE", "\x1B%1B", "\x1B[31m", "\x1B%-12345X@PJL JOB\n", "@PJL\r\n"] {
+            let kind = |text| parse(format!("{before}{text}").as_bytes()).map(|(kind, _)| kind);
+            assert_eq!(kind("@07"), Some(Kind::Commands), "{before:?}");
+            assert_eq!(kind("71\n9"), Some(Kind::DataField), "{before:?}");
+            assert_eq!(kind(""), None, "{before:?}");
+        }
         assert_eq!(parse(b"71\n9\n"), Some((Kind::DataField, lines([(1, "71"), (2, "9")]))));
         assert_eq!(parse(b" @07").map(|(kind, _)| kind), Some(Kind::Commands));
         for nothing in [&b""[..], b"\n\r\n", b"; nothing", b"9\n", b" 9 "] {

@@ -3,6 +3,8 @@
 use vimc4_catalogue::{Family, Handling, Model, model, models};
 use vimc4_ncp::language;
 
+use crate::escapes::behind;
+
 /// Whether the first line that says something begins with the name of a command of job files.
 #[must_use]
 pub fn is_job(bytes: &[u8]) -> bool {
@@ -12,7 +14,7 @@ pub fn is_job(bytes: &[u8]) -> bool {
         text.get(..end.unwrap_or(text.len()))
             .is_some_and(|it| language::reference::find(it).is_some())
     };
-    telling(&text).next().is_some_and(|line| {
+    first(&text).is_some_and(|line| {
         // The number of a line says nothing.
         let behind = line.strip_prefix(['N', 'n']).map(|rest| {
             rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
@@ -21,57 +23,74 @@ pub fn is_job(bytes: &[u8]) -> bool {
     })
 }
 
-/// Refuses a job for a controller that takes no jobs, and a plot for one that takes no plots.
+/// What files for controllers of isel begin with.
+pub(crate) const BEGINNINGS: &str = "a command list begins with a line such as @07, a data field with one \
+                                     such as 71, a job with IMF_PBL";
+
+/// Refuses a job and a command list for a controller that takes neither, and a plot for one that takes
+/// no plots.
 ///
 /// # Errors
 ///
 /// What it is, and which models take it, as a sentence.
 pub fn suits(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), String> {
     let model = handling.model();
-    if handling.takes_stream && is_job(bytes) {
-        return Err(format!("{name} is a job file, and {}", no_jobs(model)));
+    if handling.takes_stream {
+        let is_list = first(&language::decode(bytes)).is_some_and(|line| line.starts_with('@'));
+        let what = match is_job(bytes) {
+            true => "job file",
+            false if is_list => "command list",
+            false => return Ok(()),
+        };
+        return Err(format!("{name} is a {what}, and {}", no_jobs(model)));
     }
-    if !handling.takes_stream && is_plot(bytes) {
+    if is_plot(bytes) {
         return Err(format!("{name} is a plot file, and {}", no_plots(model)));
     }
     Ok(())
 }
 
 /// Whether the first line that says something begins as plot files do: with two capital letters
-/// that are a command of HPGL, with `!` and two, or with an escape sequence for the plotter or its printer.
-fn is_plot(bytes: &[u8]) -> bool {
-    const BEGINNINGS: [&str; 19] = [
+/// that are a command of HPGL, or with `!` and two.
+pub(crate) fn is_plot(bytes: &[u8]) -> bool {
+    const COMMANDS: [&str; 20] = [
         "IN", "PA", "PR", "PU", "PD", "SP", "VS", "OS", "OH", "IW", "IP", "SC", "AA", "AR", "CI",
-        "LT", "DF", "EA", "ER",
+        "LT", "DF", "EA", "ER", "CO",
     ];
     let text = language::decode(bytes);
     // To a plotter a semicolon is an end: what is a comment from there on may be all of a plot.
-    let first = telling(&text).next().or_else(|| begun(&text).strip_prefix(';'));
+    let first = first(&text).or_else(|| said(&text).next()?.strip_prefix(';'));
     let first = first.unwrap_or_default();
-    if first.starts_with('\x1B') {
-        return true;
-    }
     if let [b'!', one, other, ..] = first.as_bytes() {
         return one.is_ascii_uppercase() && other.is_ascii_uppercase();
     }
-    BEGINNINGS.iter().filter_map(|name| first.strip_prefix(name)).any(|behind| {
+    COMMANDS.iter().filter_map(|name| first.strip_prefix(name)).any(|behind| {
         // The next command may follow at once, but a longer word is not a command.
         !behind.starts_with(|c: char| c.is_ascii_alphabetic())
-            || BEGINNINGS.iter().any(|next| behind.starts_with(next))
+            || COMMANDS.iter().any(|next| behind.starts_with(next))
     })
 }
 
-/// The lines that say something, each from where it does. Comments do not, whichever kind of file
-/// they are of.
-fn telling(text: &str) -> impl Iterator<Item = &str> {
-    let lines = language::lines(text).map(|line| begun(line.text));
-    lines.filter(|line| !line.is_empty() && !line.starts_with([';', '#', '(']))
+/// The first line that says something to a controller, from where it does. Comments do not, whichever
+/// kind of file they are of.
+pub(crate) fn first(text: &str) -> Option<&str> {
+    said(text).find(|line| !is_comment(line.as_bytes()))
 }
 
-/// A text from its first character that no reader passes over: blanks and controls begin no command,
-/// and NULs fill plots up; but ESC is for the plotter.
-fn begun(text: &str) -> &str {
-    text.trim_start_matches(|c: char| c == ' ' || c.is_ascii_control() && c != '\x1B')
+/// Whether a line is a comment, to one reader of files or another.
+pub(crate) fn is_comment(line: &[u8]) -> bool {
+    line.starts_with(b";") || line.starts_with(b"#") || line.starts_with(b"(")
+}
+
+/// The lines that are not blank, each from where it begins, without the escape sequences and the lines
+/// of PJL that are for a printer around it.
+fn said(text: &str) -> impl Iterator<Item = &str> {
+    let lines = language::lines(text).map(|line| behind(line.text));
+    let is_pjl = |line: &str| {
+        let name = line.get(..4).is_some_and(|name| name.eq_ignore_ascii_case("@PJL"));
+        name && !line.get(4..).is_some_and(|it| it.starts_with(|c: char| c.is_ascii_alphanumeric()))
+    };
+    lines.filter(move |line| !line.is_empty() && !is_pjl(line))
 }
 
 /// Why this model takes no jobs, and which take them.
@@ -114,6 +133,18 @@ mod tests {
             "(a board)\rPU;",
             ";IN;PA1,2;",
             "\0\0\nIN;",
+            "CO \"a board\";IN;PA1,2;",
+            // What is for a printer.
+            "\x1B%-1BIN;",
+            "\x1B.I81;;17:\r\n\x1B.N;19:IN;",
+            "\x1B.(;IN;PA1,2;\n3,4;",
+            "\x1BE;IN;",
+            "\x1BE\x1B&l1o2A\x1B%1B\x0CIN;",
+            "\x1B%-12345X@PJL JOB NAME = \"x\"\r\n@PJL ENTER LANGUAGE=HPGL2\r\n\x1BE\x1B%0B\0IN;",
+            "@PJL ENTER LANGUAGE=HPGL2\nIN;PU;PA0,0;\n",
+            "@pjl\n; a board\n\nIN;",
+            "@PJL\n;IN;",
+            "\x1B[31mIN;PA1,2;",
         ] {
             assert!(is_plot(plot.as_bytes()), "{plot:?}");
         }
@@ -134,8 +165,24 @@ mod tests {
             ";PA\n0 100,500\n9",
             "\u{FEFF}@07",
             "\u{FEFF}",
+            "\x1B",
+            "\x1BE",
+            "\x1B%-12345X",
+            "\x1B%-12345X@PJL JOB\n@PJL EOJ\n\x1B%-12345X",
+            "\x1BE hello world",
+            "\x1B[31mhello\x1B[0m",
+            "\x1B%-12345X@PJL ENTER LANGUAGE=POSTSCRIPT\n%!PS-Adobe-3.0\nshowpage",
+            "@PJLIN;",
+            "@PJL\n@07",
+            "in;pu;pa0,0;",
         ] {
             assert!(!is_plot(other.as_bytes()), "{other:?}");
+        }
+        for before in ["\x1BE", "\x1B%1B", "\x1B.(", "\x1B%-12345X", "\x1B&l1O", "\x1B[31m"] {
+            for other in ["@07\nIN;", "71\n9\n", "IMF_PBL_V1.0\nREF X"] {
+                assert!(!is_plot(format!("{before}{other}").as_bytes()), "{before:?} {other:?}");
+            }
+            assert!(is_job(format!("{before}IMF_PBL_V1.0\nREF X").as_bytes()), "{before:?}");
         }
     }
 
@@ -155,6 +202,11 @@ mod tests {
             refused("plate.ncp", "IMF_PBL_V1.0\nN1 MOVEABS X1;", "smcu"),
             "plate.ncp is a job file, and the smcu does not speak isel's @-format; choose one of imc4, \
              imc4-m, imc-m, imc-mp, imc-s8, c142"
+        );
+        let list = refused("commands.txt", "; a list\n @07\n@0R7", "smcu");
+        assert!(
+            list.starts_with("commands.txt is a command list, and the smcu does not"),
+            "{list}"
         );
     }
 }

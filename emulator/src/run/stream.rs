@@ -70,7 +70,7 @@ impl Session {
                 if line.command {
                     feed.waiting.push_back(line);
                 }
-                if line.escape && !line.command {
+                if line.escape.is_some() && !line.command {
                     self.report.left(Left::Escape, line);
                 } else if line.lower_case {
                     self.report.left(Left::LowerCase, line);
@@ -191,7 +191,7 @@ impl Session {
             if turn == Turn::Unknown {
                 let known = line.and_then(|line| self.handling.known_with(&line.bytes));
                 help.extend(known.map(|value| format!("a profile with {value} knows it")));
-                if line.is_some_and(|line| line.escape) {
+                if line.is_some_and(|line| line.escape.is_some()) {
                     help.push(ESCAPE.to_owned());
                 }
                 if let [b'!', b'a'..=b'z', ..] = sent {

@@ -29,12 +29,9 @@ pub(super) fn work(
         let line = piece.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default();
         let bytes = piece.whole();
         let command = bytes.trim_ascii_start();
-        if piece.escape && !is_open {
-            let what = format!(
-                "the model {} does not know `{}`",
-                handling.model().name(),
-                escape(&piece.bytes)
-            );
+        if let Some(sequence) = piece.escape.as_ref().filter(|_| !is_open) {
+            let model = handling.model().name();
+            let what = format!("the model {model} does not know `{sequence}`");
             return Err(Failure::at_line(
                 format!("{what}; {ESCAPE}; nothing was sent"),
                 name,
