@@ -74,10 +74,8 @@ fn fix(about: Range<usize>, problem: Problem) -> Option<Fix> {
 
 /// How the first line of a text ends, and with it all others.
 fn line_end(text: &str) -> &'static str {
-    match text.split_once('\n') {
-        Some((first, _)) if first.ends_with('\r') => "\r\n",
-        _ => "\n",
-    }
+    let end = text.trim_start_matches(|c| !matches!(c, '\r' | '\n'));
+    ["\r\n", "\r"].into_iter().find(|known| end.starts_with(known)).unwrap_or("\n")
 }
 
 /// Whether no line up to the end of the job is the mark.
@@ -127,6 +125,8 @@ mod tests {
         assert_eq!(mended("REF X\n"), ["IMF_PBL_V1.0\nREF X\n"]);
         assert_eq!(mended("REF X"), ["IMF_PBL_V1.0\nREF X"]);
         assert_eq!(mended("REF X\r\nREF Y\n"), ["IMF_PBL_V1.0\r\nREF X\r\nREF Y\n"]);
+        assert_eq!(mended("REF X\rREF Y\n"), ["IMF_PBL_V1.0\rREF X\rREF Y\n"]);
+        assert_eq!(mended("REF X\r"), ["IMF_PBL_V1.0\rREF X\r"]);
         assert_eq!(mended("REF X\nREF Y\r\n"), ["IMF_PBL_V1.0\nREF X\nREF Y\r\n"]);
         assert_eq!(mended("REF X\nPROGEND\nIMF_PBL\n").len(), 1);
         assert_eq!(mended("; x\nIMF_PBL_V1\n"), <[String; 0]>::default());
