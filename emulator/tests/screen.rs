@@ -1,5 +1,5 @@
-//! The full screen of `vimc4 console`, as tmux shows it: keys go in as somebody types them, and what is
-//! compared is what is seen.
+//! The full screen of `vimc4 console`, and what a run leaves on a terminal, as tmux shows it: keys go in as
+//! somebody types them, and what is compared is what is seen.
 //!
 //! Where tmux is missing the tests are shown as ignored, with the reason in their names. With
 //! `VIMC4_REQUIRE_TOOLS=1` they fail instead.
@@ -323,17 +323,47 @@ fn a_job_that_asks_the_operator() -> Outcome {
     Ok(())
 }
 
+/// What showed how far the files are is gone before the report comes, and does not come back.
+fn behind_the_report_of_an_interrupted_run_is_no_progress() -> Outcome {
+    let tmux = Tmux::start(120, 24);
+    let path = |name: &str| tmux.folder.path().join(name).display().to_string();
+    fs::write(
+        path("round.txt"),
+        "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n",
+    )?;
+    let seen = path("seen");
+    tmux.run(&["pipe-pane", "-t", "t", &format!("cat > {seen}")]);
+    let (csv, perfetto) = (path("o.csv"), path("o.pf"));
+    let run = format!("run {} --machine mill --for 10000h", path("round.txt"));
+    tmux.command(&format!("{VIMC4} {run} --csv {csv} --perfetto {perfetto}; echo ended $?"));
+    tmux.wait_for("o.csv: ");
+    tmux.press(&["C-c"]);
+    tmux.wait("the end", |screen| screen.contains("ended 130"));
+    let mut behind = String::new();
+    process::until("all of it is written down", || {
+        let all = String::from_utf8_lossy(&fs::read(&seen).unwrap_or_default()).into_owned();
+        behind = all.split_once("it was interrupted").map_or(String::new(), |all| all.1.to_owned());
+        behind.contains("ended 130")
+    });
+    assert!(!behind.contains("MB"), "{behind:?}");
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     let missing = tmux::missing();
-    let tests: [Tried; 12] = [
+    let tests: [Tried; 13] = [
         ("the pictures of the manual", the_pictures_of_the_manual),
         ("a walk through a job", a_walk),
         ("a job that asks the operator", a_job_that_asks_the_operator),
         ("every face shows the same state", faces::every_face_shows_the_same_state),
         ("the command line completes and remembers", the_command_line_completes_and_remembers),
         ("another size is drawn at once", another_size_is_drawn_at_once),
+        (
+            "an interrupted run leaves no progress",
+            behind_the_report_of_an_interrupted_run_is_no_progress,
+        ),
         ("Ctrl-Z and fg", ctrl_z_gives_the_terminal_back_and_fg_comes_back),
         ("ended from outside", who_ends_it_from_outside_gets_the_terminal_back),
         ("without colour", without_colour_there_is_none),

@@ -127,8 +127,11 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let mut work = Work::Job(Box::new(Job::new(text, &site.target, job.options.reading.options())));
     let ending = perform(&mut work, &mut link, &mut operator);
     let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
+    // What shows how far the files are is gone from the terminal before the report comes.
+    let closed = link.driver.close();
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
-    link.driver.finish()?;
+    closed?;
+    link.driver.done();
     Ok(code)
 }
 
@@ -267,8 +270,6 @@ impl Outcome {
         link: &mut Virtual,
         told: Vec<Value>,
     ) -> Result<ExitCode, Failure> {
-        let now = link.driver.now();
-        link.driver.meter.stop(now);
         let text = match arguments.json {
             true => self.json(site, link, told),
             false => self.table(site, link),

@@ -156,23 +156,31 @@ impl Driver {
         self
     }
 
-    /// Ends everything that is written, at this moment. If somebody has asked for the end, that is the end
-    /// of the program.
-    pub(crate) fn finish(mut self) -> Result<(), Failure> {
+    /// Ends everything that is written, at this moment.
+    ///
+    /// # Errors
+    ///
+    /// If not everything could be written.
+    pub(crate) fn close(&mut self) -> Result<(), Failure> {
         let now = self.now();
+        self.meter.stop(now);
         let why = self.heed().map_or("the run was interrupted", |()| "the run has ended");
         let device = self.harness.device();
-        if let Some(tape) = self.tape {
+        if let Some(tape) = self.tape.take() {
             tape.end(device, why);
         }
-        self.covering.map_or(Ok(()), Covering::keep)?;
-        self.drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)))?;
-        self.waves.map_or(Ok(()), |waves| waves.finish(now))?;
-        self.meter.end_trace()?;
+        self.covering.take().map_or(Ok(()), Covering::keep)?;
+        let drawing = self.drawing.take();
+        drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)))?;
+        self.waves.take().map_or(Ok(()), |waves| waves.finish(now))?;
+        self.meter.end_trace()
+    }
+
+    /// Everything is written and said. If somebody has asked for the end, that is the end of the program.
+    pub(crate) fn done(self) {
         if let Some(ending) = self.ending {
             ending.done();
         }
-        Ok(())
     }
 
     pub(crate) fn device(&self) -> &Line<Controller> {

@@ -301,7 +301,8 @@ impl Session {
 
     pub(super) fn finish(mut self, end: End, machine: &Machine) -> Result<ExitCode, Failure> {
         let now = self.driver.now();
-        self.driver.meter.stop(now);
+        // What shows how far the files are is gone from the terminal before the report comes.
+        let closed = self.driver.close();
         while let Some((at, news)) = self.driver.news.pop_front() {
             self.tell(at, news);
         }
@@ -309,7 +310,8 @@ impl Session {
         let baud = self.driver.device().baud();
         let rounds = self.driver.rounds.made();
         self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
-        self.driver.finish()?;
+        closed?;
+        self.driver.done();
         Ok(ExitCode::from(end.why.code()))
     }
 }
