@@ -8,10 +8,11 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::Receiver;
+use std::thread;
 use std::time::Duration;
 
 use rustix::process::Signal;
-use serde_json::Value;
+use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{Clock, Emulator};
 use vimc4_timeline::recording::{Given, Recording, What};
@@ -500,6 +501,73 @@ fn runs_and_jobs_are_recorded() {
         assert_eq!(code, 0, "{wanted:?}: {text}{errors}");
         let recording = read(&folder.path().join(&name));
         assert!(recording.is_whole() && recording.entries.len() > 8, "{wanted:?}");
+    }
+}
+
+/// A recording of a program that goes round and round, so long that no replay comes to its end.
+fn endless(folder: &Path) -> String {
+    fs::write(
+        folder.join("round.txt"),
+        "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n",
+    )
+    .unwrap();
+    let (code, _, errors) = run(
+        folder,
+        &["run", "round.txt", "--machine", "mill", "--for", "1s", "--record", "round.jsonl"],
+    );
+    assert_eq!(code, 3, "{errors}");
+    let text = fs::read_to_string(folder.join("round.jsonl")).unwrap();
+    let last = text.lines().rev().nth(1).unwrap();
+    let begin = text.split_once(last).unwrap().0;
+    // More than fits into a pipe: who has got rid of it knows that it is being read.
+    let mark = format!("{{\"at\":1000000000,\"mark\":\"{}\"}}\n", "round ".repeat(100));
+    let marks = mark.repeat(1_000);
+    format!("{begin}{marks}{{\"at\":1000000000000000000,\"end\":\"the run has ended\"}}\n")
+}
+
+#[test]
+fn an_interrupted_replay_says_how_far_it_has_come() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = endless(folder.path());
+    let replay = |arguments: &[&str]| {
+        let mut command = vimc4(folder.path(), &["replay", "-"]);
+        let mut replay = Process::start(command.args(arguments));
+        replay.give(&text);
+        replay
+    };
+    for other in [&[][..], &["--quirk", "lost_steps=false"]] {
+        let (plain, json) = (other.to_vec(), [other, &["--json"]].concat());
+        // It is still being read.
+        let mut reading = replay(&plain);
+        reading.signal(Signal::INT);
+        let status = reading.ended();
+        let (_, out, errors) = reading.finish();
+        assert_eq!((status.code(), errors.as_str()), (Some(130), ""), "{out}");
+        assert_eq!(out, "interrupted: nothing was compared yet, for it was still being read\n");
+        // It takes a moment until it compares.
+        let compared = (0..).map(Duration::from_millis).find_map(|pause| {
+            let said = |arguments: &[&str]| {
+                let mut comparing = replay(arguments);
+                drop(comparing.input.take());
+                thread::sleep(pause * 20);
+                comparing.signal(Signal::INT);
+                let (code, out, errors) = comparing.finish();
+                assert_eq!((code, errors.as_str()), (Some(130), ""), "{out}");
+                out
+            };
+            let out = said(&plain);
+            if out.contains("still being read") {
+                return None;
+            }
+            assert!(
+                out.starts_with("interrupted at ") && out.contains("equal so far, 8 inputs"),
+                "{out}"
+            );
+            let told: Value = serde_json::from_str(&said(&json)).unwrap();
+            assert_eq!((&told["interrupted"], &told["equal"]), (&json!(true), &Value::Null));
+            (told["whole"] == true).then(|| told["inputs"].clone())
+        });
+        assert_eq!(compared, Some(json!(8)));
     }
 }
 

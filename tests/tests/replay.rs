@@ -252,7 +252,8 @@ fn hold_file(file: &Path, fresh: Line<Controller>, what: &dyn Fn() -> String) {
     let state = |written: &Value| {
         serde_json::from_value(written.clone()).map_err(|error| error.to_string())
     };
-    let played = check(&recording, Player::new(fresh), Tolerance::Exact, &state).unwrap();
+    let played =
+        check(&recording, Player::new(fresh), Tolerance::Exact, &state, &mut |_| {}).unwrap();
     assert_eq!(played.difference, None, "{}\n{}", what(), String::from_utf8_lossy(&text));
     std::fs::remove_file(file).unwrap();
 }

@@ -333,7 +333,7 @@ fn played(text: &str) -> Result<u64, String> {
         LineSort::Ideal => Line::ideal(controller),
         LineSort::Paced => Line::paced(controller),
     });
-    let played = check(&recording, player, Tolerance::Exact, &state).unwrap();
+    let played = check(&recording, player, Tolerance::Exact, &state, &mut |_| {}).unwrap();
     match played.difference {
         None => Ok(played.bytes),
         Some(found) => Err(format!("{found:?}")),

@@ -88,12 +88,32 @@ fn drive() -> Recording {
 
 fn checked(recording: &Recording) -> Option<vimc4_timeline::recording::Difference> {
     let player = Player::new(Cart::default());
-    check(recording, player, Tolerance::Exact, &read).unwrap().difference
+    check(recording, player, Tolerance::Exact, &read, &mut |_| {}).unwrap().difference
 }
 
 #[test]
 fn what_was_recorded_happens_again() {
     assert_eq!(checked(&drive()), None);
+}
+
+#[test]
+fn how_far_a_comparison_has_come_is_told_as_it_goes() {
+    let recording = drive();
+    let mut told = Vec::new();
+    let player = Player::new(Cart::default());
+    let played =
+        check(&recording, player, Tolerance::Exact, &read, &mut |so_far| told.push(so_far));
+    let played = played.unwrap();
+    assert!(told.is_sorted_by_key(|so_far| (so_far.at, so_far.inputs, so_far.bytes)), "{told:?}");
+    let last = told.last().unwrap();
+    assert_eq!((last.at, last.inputs, last.differs), (played.end, played.inputs, false));
+    // On the way from one line of the recording to the next, too.
+    assert!(told.len() > recording.entries.len(), "{told:?}");
+    let [one, two] = [Cart::default(), Cart::default()].map(Player::new);
+    let mut told = Vec::new();
+    let read: [&dyn Fn(&Value) -> _; 2] = [&read, &read];
+    part(&recording, one, two, &ASIDE, read, &mut |so_far| told.push(so_far)).unwrap();
+    assert_eq!(told.last().map(|so_far| so_far.at), Some(played.end));
 }
 
 #[test]
@@ -155,11 +175,13 @@ fn another_controller_parts_where_it_does_something_else() {
     let other = move |_: &Value| read(&began);
     let players = || (Player::new(Cart::default()), Player::new(Cart::default()));
     let (one, two) = players();
-    let found = part(&drive(), one, two, &ASIDE, [&read, &other]).unwrap().difference.unwrap();
+    let found =
+        part(&drive(), one, two, &ASIDE, [&read, &other], &mut |_| {}).unwrap().difference.unwrap();
     // What is known to be the same is not compared field by field, and nothing else comes of it.
     let (one, two) = players();
     let looked_at = Aside { values: &[], is_same: &|_, _| false };
-    let slowly = part(&drive(), one, two, &looked_at, [&read, &other]).unwrap().difference;
+    let slowly =
+        part(&drive(), one, two, &looked_at, [&read, &other], &mut |_| {}).unwrap().difference;
     assert_eq!(slowly.as_ref(), Some(&found));
     let field = found.field.unwrap();
     assert_eq!((field.field.as_str(), field.at), ("latest", ms(0)));
@@ -168,7 +190,10 @@ fn another_controller_parts_where_it_does_something_else() {
     assert_eq!((said.before, said.rest), (9, [b"5".to_vec(), b"8".to_vec()]));
     assert!(!found.one.told.is_empty() && !found.other.told.is_empty());
     let (one, two) = players();
-    assert_eq!(part(&drive(), one, two, &ASIDE, [&read, &read]).unwrap().difference, None);
+    assert_eq!(
+        part(&drive(), one, two, &ASIDE, [&read, &read], &mut |_| {}).unwrap().difference,
+        None
+    );
     // The same, where it is only asked whether they do.
     for (one_other, is_otherwise) in [(&other as &dyn Fn(&Value) -> _, true), (&read, false)] {
         let (one, two) = players();

@@ -103,7 +103,7 @@ fn futures(
     };
     let players = (here.player()?, there.player()?);
     let aside = Aside { values: &aside, is_same: &Site::is_same };
-    let played = part(same, players.0, players.1, &aside, [&read, &read_other]);
+    let played = part(same, players.0, players.1, &aside, [&read, &read_other], &mut |_| {});
     Ok(played.map_err(|error| file::unplayable(&arguments.one, one, error))?.difference)
 }
 

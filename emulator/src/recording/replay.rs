@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::json;
+use vimc4_device::Time;
 use vimc4_timeline::recording::{
-    Aside, Divergence, Entry, Recording, Tolerance, WALL, What, check, part,
+    Aside, Divergence, Entry, Recording, SoFar, Tolerance, WALL, What, check, part,
 };
 
 use super::card::{card, seconds};
@@ -15,7 +16,7 @@ use super::controller::{Other, Site};
 use super::drawn;
 use super::file;
 use crate::drawing::{self, Pictured};
-use crate::endings;
+use crate::endings::{self, INTERRUPTED, InOrder};
 use crate::failure::Failure;
 use crate::identity::none_twice;
 use crate::output;
@@ -78,7 +79,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(out) = &arguments.html {
         super::page::write(&arguments.file, out)?;
     }
-    let recording = file::read(&arguments.file)?;
+    let mut ending = Some(InOrder::begin());
+    let path = arguments.file.clone();
+    let Some(recording) = endings::unless_asked(move || file::read(&path)) else {
+        let nothing = SoFar { inputs: 0, bytes: 0, at: Time::ZERO, differs: false };
+        heed(&mut ending, || broken_off(arguments, None, nothing));
+        return Ok(INTERRUPTED.into());
+    };
+    let recording = recording?;
     let site = Site::recorded(&recording)
         .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let other = site.other(&arguments.other)?;
@@ -91,27 +99,82 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let picture = arguments.pictured.begin(frame)?;
     let sheets = arguments.drawn.open(None)?;
     drawn::draw(&recording, &other, sheets, picture, &unplayable)?;
+    ending = Some(InOrder::begin());
+    let mut seen = |so_far| heed(&mut ending, || broken_off(arguments, Some(&recording), so_far));
     let read = |written: &_| site.read(written);
     // What a real controller has said is compared with whichever controller is named.
     let played = if other.is_recorded() || recording.head.clock == WALL {
         let read = |written: &_| other.read(written);
-        check(&recording, other.player()?, tolerance, &read)
+        check(&recording, other.player()?, tolerance, &read, &mut seen)
     } else {
         let there = |written: &_| other.read(written);
         let players = (site.player()?, other.player()?);
         let aside = Aside { values: &other.aside(), is_same: &Site::is_same };
-        part(&recording, players.0, players.1, &aside, [&read, &there])
+        part(&recording, players.0, players.1, &aside, [&read, &there], &mut seen)
     };
     let played = played.map_err(unplayable)?;
+    let say = |causes: &[String], is_whole| {
+        report(arguments, &recording, &other, &played, causes, is_whole)
+    };
+    let mut seen = |_| heed(&mut ending, || say(&[], false));
     let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {
-        true if other.is_recorded() => causes(&recording, &site, tolerance),
+        true if other.is_recorded() => causes(&recording, &site, tolerance, &mut seen),
         _ => Vec::new(),
     };
     if (arguments.drawn.files().chain(arguments.pictured.files())).next().is_some() {
         say_of_going_back(&recording);
     }
-    report(arguments, &recording, &other, &played, &causes)?;
+    say(&causes, true)?;
+    ending.into_iter().for_each(InOrder::done);
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Ends the program if it was asked to end, and has it say before how far it has come.
+fn heed(ending: &mut Option<InOrder>, say: impl FnOnce() -> Result<(), Failure>) {
+    if let Some(ending) = ending.take_if(|ending| ending.is_asked()) {
+        if let Err(failure) = say() {
+            failure.report();
+        }
+        ending.done();
+    }
+}
+
+/// Says how far a comparison has come that goes no further; without a recording it was still being read.
+fn broken_off(
+    arguments: &Arguments,
+    recording: Option<&Recording>,
+    so_far: SoFar,
+) -> Result<(), Failure> {
+    let SoFar { inputs, bytes, at, differs } = so_far;
+    if arguments.json {
+        let report = json!({
+            "recording": text::name(&arguments.file),
+            "interrupted": true,
+            "equal": differs.then_some(false),
+            "inputs": inputs,
+            "bytes": bytes,
+            "end": at,
+            "whole": recording.map(Recording::is_whole),
+        });
+        return output::print(&format!("{report}\n"));
+    }
+    let how_far = match recording {
+        None => ": nothing was compared yet, for it was still being read".to_owned(),
+        Some(_) => {
+            let outcome = match differs {
+                true => "something differs".to_owned(),
+                false => format!("equal so far, {}", compared(inputs, bytes)),
+            };
+            format!(" at {}: {outcome}", seconds(at))
+        }
+    };
+    output::print(&format!("interrupted{how_far}\n"))
+}
+
+/// `8 inputs and 1 byte`.
+fn compared(inputs: u64, bytes: u64) -> String {
+    let s = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    format!("{} and {}", s(inputs, "input"), s(bytes, "byte"))
 }
 
 /// Says that what is drawn is not in the controller's own time, where somebody went back.
@@ -131,7 +194,12 @@ fn say_of_going_back(recording: &Recording) {
 }
 
 /// The quirks, and the models of the family, with which everything would be as recorded.
-fn causes(recording: &Recording, site: &Site, tolerance: Tolerance) -> Vec<String> {
+fn causes(
+    recording: &Recording,
+    site: &Site,
+    tolerance: Tolerance,
+    seen: &mut dyn FnMut(SoFar),
+) -> Vec<String> {
     let mut candidates: Vec<(String, Site)> = Vec::new();
     for (quirk, values) in vimc4_catalogue::quirks(&site.model) {
         for value in *values {
@@ -143,7 +211,7 @@ fn causes(recording: &Recording, site: &Site, tolerance: Tolerance) -> Vec<Strin
     let explains = |(cause, other): (String, Site)| {
         let read = |written: &_| other.read(written);
         let player = other.player().ok().filter(|_| !other.is_recorded())?;
-        let played = check(recording, player, tolerance, &read).ok()?;
+        let played = check(recording, player, tolerance, &read, seen).ok()?;
         // Another profile is another state, so only what it says counts.
         let said = played.difference.and_then(|difference| difference.said);
         said.is_none().then_some(cause)
@@ -151,12 +219,14 @@ fn causes(recording: &Recording, site: &Site, tolerance: Tolerance) -> Vec<Strin
     candidates.into_iter().filter_map(explains).collect()
 }
 
+/// Says what the comparison has found, and whether it was whole, with all that would explain it.
 fn report(
     arguments: &Arguments,
     recording: &Recording,
     other: &Site,
     played: &Divergence,
     causes: &[String],
+    is_whole: bool,
 ) -> Result<(), Failure> {
     let name = text::name(&arguments.file);
     let exact = recording.head.clock != WALL;
@@ -169,6 +239,7 @@ fn report(
         };
         let report = json!({
             "recording": name,
+            "interrupted": !is_whole,
             "equal": found.is_none(),
             "inputs": played.inputs,
             "bytes": played.bytes,
@@ -193,16 +264,15 @@ fn report(
     if !recording.is_whole() {
         said += "It has no end: the program that wrote it was killed, the disk was full, or it is still being written.\n";
     }
-    let s = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
-    let (inputs, bytes) = (s(played.inputs, "input"), s(played.bytes, "byte"));
+    let compared = compared(played.inputs, played.bytes);
     match &played.difference {
         None if exact => {
             said += &format!(
-                "equal: {inputs} and {bytes} up to {}, each at its time, and every state\n",
+                "equal: {compared} up to {}, each at its time, and every state\n",
                 seconds(played.end)
             );
         }
-        None => said += &format!("equal: {inputs} and {bytes}, each within the tolerance\n"),
+        None => said += &format!("equal: {compared}, each within the tolerance\n"),
         Some(difference) => {
             let names = match other.is_recorded() || !exact {
                 true => ["recorded", "played"],
@@ -213,6 +283,9 @@ fn report(
                 said += &format!("{cause} would explain it\n");
             }
         }
+    }
+    if !is_whole {
+        said += "interrupted: what would explain it was still being looked for\n";
     }
     output::print(&said)
 }

@@ -95,6 +95,19 @@ pub struct Divergence {
     pub end: Time,
 }
 
+/// How far a comparison has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SoFar {
+    /// How many inputs were given.
+    pub inputs: u64,
+    /// How many bytes came out, equal on both sides.
+    pub bytes: u64,
+    /// How far time has come.
+    pub at: Time,
+    /// Whether something differs already: then what else differs is still looked for.
+    pub differs: bool,
+}
+
 /// Reads a state, or says why it cannot be read.
 type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State, String>;
 
@@ -152,7 +165,8 @@ impl Count {
 }
 
 /// Plays a recording into a device and compares every byte and time, and the states that were
-/// written down. `state` reads a state.
+/// written down. `state` reads a state; `seen` is told after each single thing that the device has
+/// done.
 ///
 /// # Errors
 ///
@@ -162,6 +176,7 @@ pub fn check<D: Device + Clone>(
     mut player: Player<D>,
     tolerance: Tolerance,
     state: Read<'_, D>,
+    seen: &mut dyn FnMut(SoFar),
 ) -> Result<Divergence, StateError> {
     let mut recorded = VecDeque::new();
     let (mut count, mut field, mut other) = (Count::default(), None, None);
@@ -169,7 +184,10 @@ pub fn check<D: Device + Clone>(
     let last = recording.entries.len().saturating_sub(1);
     for (place, entry) in recording.entries.iter().enumerate() {
         let begun = player.has_begun();
-        player.play(entry, state)?;
+        let (bytes, differs) = (count.equal, count.found.is_some() || field.is_some());
+        player.play_seen(entry, state, &mut |device, _| {
+            seen(SoFar { inputs, bytes, at: device.now(), differs });
+        })?;
         let mut missing = [false, false];
         match &entry.what {
             What::Given { .. } => {
@@ -301,7 +319,8 @@ pub fn say_otherwise<D: Device + Clone>(
 }
 
 /// Plays a recording into two devices and says where they differ: the first byte, and the first
-/// field of the state that is not `aside`.
+/// field of the state that is not `aside`. `seen` is told after each single thing that one of them has
+/// done.
 ///
 /// # Errors
 ///
@@ -312,13 +331,16 @@ pub fn part<D: Device + Clone>(
     mut other: Player<D>,
     aside: &Aside<'_, D>,
     states: [Read<'_, D>; 2],
+    seen: &mut dyn FnMut(SoFar),
 ) -> Result<Divergence, StateError> {
     let (mut count, mut field, mut sides) = (Count::default(), None, None);
     let mut inputs = 0;
     let last = recording.entries.len().saturating_sub(1);
     for (place, entry) in recording.entries.iter().enumerate() {
-        one.play(entry, states[0])?;
-        other.play(entry, states[1])?;
+        let (bytes, differs) = (count.equal, count.found.is_some() || field.is_some());
+        let mut see = |device: &D| seen(SoFar { inputs, bytes, at: device.now(), differs });
+        one.play_seen(entry, states[0], &mut |device, _| see(device))?;
+        other.play_seen(entry, states[1], &mut |device, _| see(device))?;
         inputs += u64::from(matches!(entry.what, What::Given { .. }));
         let done = [true, true];
         // Both have reached the same time, so anything that only one has sent is a difference.

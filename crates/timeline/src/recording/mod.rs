@@ -30,8 +30,8 @@ mod shorten;
 mod text;
 
 pub use compare::{
-    Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, Tolerance, alike,
-    check, first_field, given_apart, part, said_apart, say_otherwise,
+    Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, SoFar, Tolerance,
+    alike, check, first_field, given_apart, part, said_apart, say_otherwise,
 };
 pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
 pub use play::{Player, Seen, StateError, Told, exchange};
