@@ -212,11 +212,13 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("", "write it as in `command @A, once`"),
         ("; then command @A, once", "write it as in"),
         ("command @A", "say how often, as in `command @A, once`"),
-        ("command @A, often", "say how often"),
+        ("command @A, often", "say how often, as in `command @A, once`"),
+        ("rubbish", "`rubbish` is wrong: a condition, such as"),
+        ("rubbish, often", "`rubbish` is wrong: a condition, such as"),
         ("command @J, once", "is wrong at `@J`"),
         ("x > far, once", "a position in steps or mm"),
         ("command @A answered 0 1, once", "more than a word"),
-        ("command @A answered \"0, once", "say how often"),
+        ("command @A answered \"0, once", "lacks the second quotation mark"),
         ("command @A answered within soon, once", "`soon` has no unit of time"),
         ("x > 1, once, within 5", "`5` has no unit of time"),
         ("x > 1, once, within -2 s", "`-2 s` is no time; write"),
@@ -230,7 +232,7 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("whenever x > 1", "one colon"),
         ("whenever x > 1: y < 1: z < 1", "one colon"),
         ("whenever x > 1: answer F", "happens in one moment"),
-        ("x > 1, once; then whenever x > 2: y > 1", "say how often"),
+        ("x > 1, once; then whenever x > 2: y > 1", "is wrong: a condition, such as"),
     ] {
         let wrong = Expectation::read(text, &names).unwrap_err().to_string();
         assert!(wrong.contains(right), "{text}: {wrong}");

@@ -29,6 +29,13 @@ impl Deed {
             Deed::Hold(name) => vec![set(button(name)?, 1)],
             Deed::Release(name) => vec![set(button(name)?, 0)],
             Deed::Turn(name, position) => {
+                // One that has no positions takes other values.
+                let named = signals.iter().find(|signal| signal.name == *name);
+                if let Some(signal) = named.filter(|signal| signal.positions.is_none()) {
+                    let possible = format!("{}, as a number", signal.values_in_words());
+                    let (name, value) = (name.clone(), position.clone());
+                    return Err(DeedError::NoValue { name, value, possible });
+                }
                 let switch = find(signals, "switch", name, |signal| signal.positions.is_some())?;
                 let value = switch.position(position);
                 vec![set(switch, value.ok_or_else(|| no_value(switch, position))?)]

@@ -102,7 +102,10 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     let Some((what, number)) =
         last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
     else {
-        let why = format!("`{text}` has no number; say how often, as in `{text}, once`");
+        // What would be refused then is told as it is at once.
+        let what = last(text, ", ").map_or(text, |(what, _)| what);
+        pattern(expect, what)?.number(1, Some(1)).ready()?;
+        let why = format!("`{text}` has no number; say how often, as in `{what}, once`");
         return Err(Mistake::new(why));
     };
     let (least, most) = number;
