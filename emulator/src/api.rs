@@ -28,7 +28,8 @@ pub(crate) struct Arguments {
     /// The same for the browser of this computer: at 127.0.0.1, with a free port unless --http says one
     #[arg(long)]
     web: bool,
-    /// Let in only who has the token in this file, or in the environment variable VIMC4_HTTP_TOKEN
+    /// Let in only who has the token in this file, or in the environment variable VIMC4_HTTP_TOKEN: at least 16
+    /// letters, digits or signs. The file counts where both are given
     #[arg(long, value_name = "FILE")]
     http_token: Option<PathBuf>,
 }

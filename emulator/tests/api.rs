@@ -304,14 +304,19 @@ fn a_command_that_has_not_begun_is_not_looked_at() -> Outcome {
         huge["detail"],
         "`command` is 18446744073709551615, and is to be at most 9223372036854775807"
     );
-    for named in ["command", "entry"] {
+    for (named, detail) in [
+        ("command", "a command is looked for on the branch that is looked at"),
+        ("entry", "an entry is looked for where it happened"),
+    ] {
         let (status, refused) = ask("POST", "/history/go", json!({ "branch": 0, named: 1 }));
-        assert_eq!(status, 400, "{refused}");
-        assert_eq!(
-            refused["detail"],
-            "commands and entries are looked for on the branch that is looked at"
-        );
+        assert_eq!((status, &refused["detail"]), (400, &json!(detail)));
+        // To look at the branch would change nothing: it is looked at.
+        let remedy = refused["remedy"].as_str().unwrap_or_default();
+        assert!(remedy.starts_with("leave out the branch"), "{remedy}");
+        assert_eq!(ask("POST", "/history/go", json!({ named: 1 })).0, 200);
     }
+    let (status, unknown) = ask("POST", "/history/go", json!({ "entry": 9_999 }));
+    assert_eq!((status, &unknown["detail"]), (422, &json!("no entry has the number 9999")));
     Ok(())
 }
 
@@ -396,6 +401,11 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
     }
     let late = ask("POST", "/history/go", json!({ "branch": 0, "at": 99_999_999_999_999_u64 }));
     assert!(late.0 == 422 && late.1["detail"].as_str().is_some_and(|it| it.contains("ends at")));
+    let first = get("/history")["first"].as_u64().ok_or("no beginning")?;
+    let early = ask("POST", "/history/go", json!({ "branch": 0, "at": first - 1 }));
+    assert!(
+        early.0 == 422 && early.1["detail"].as_str().is_some_and(|it| it.contains("begins at"))
+    );
     assert_eq!(ask("POST", "/history/go", json!({ "at": 1, "command": 1 })).0, 400);
 
     // By an entry, by a command, and back.
@@ -435,6 +445,29 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
             .iter()
             .any(|it| it["name"] == "estop" && it["value"] == 1)
     );
+
+    // An entry is shown where it happened, whatever is looked at: the motion came to its end before that.
+    let ends = entries.as_array().unwrap().iter().find(|entry| entry["motion"] == "ends");
+    let ends = ends.ok_or("no end")?;
+    let there = ask("POST", "/history/go", json!({ "entry": ends["number"] })).1;
+    assert_eq!((&there["branch"], &there["at"], x(&there)), (&json!(0), &ends["at"], stopped));
+    ask("POST", "/history/go", json!({}));
+    // What led to both branches is shown on the one that is looked at.
+    let there = ask("POST", "/history/go", json!({ "entry": begin["number"] })).1;
+    assert_eq!((&there["branch"], &there["at"]), (&json!(1), &begin["at"]));
+    // So is what others did, which the controller itself does not tell.
+    let journal = get("/journal")["entries"].clone();
+    let news = |text: &str| {
+        let found = journal.as_array().into_iter().flatten().find(|entry| entry["text"] == text);
+        found.ok_or_else(|| format!("no {text}: {journal}"))
+    };
+    for (text, branch) in
+        [("the API: press stop", 0), ("the API: restore", 0), ("the API: time goes on", 1)]
+    {
+        let news = news(text)?;
+        let there = ask("POST", "/history/go", json!({ "entry": news["number"] })).1;
+        assert_eq!((&there["branch"], &there["at"]), (&json!(branch), &news["at"]), "{text}");
+    }
 
     // That was a turn of the past, which stays a branch of it.
     let again = ask("POST", "/history/go", json!({ "branch": 0, "at": at })).1;
@@ -569,7 +602,16 @@ fn remedies_can_be_followed() -> Outcome {
         assert!(remedy.contains("`step 250ms` to the debugger"), "{remedy}");
     };
     moves(refused("/clock/advance", json!({ "span": "5s" })));
+    moves(refused("/orders", json!({ "order": "advance 5s" })));
     assert_eq!(ask("POST", "/clock/pause", Value::Null).0, 200);
+    for (path, body) in [
+        ("/clock/run-until", json!({ "condition": "idle" })),
+        ("/orders", json!({ "order": "run until idle" })),
+    ] {
+        let (status, detail, remedy) = refused(path, body);
+        assert_eq!((status, detail.as_str()), (409, "time is paused"));
+        assert!(remedy.starts_with("POST to clock/resume, or to clock/step"), "{remedy}");
+    }
     moves(refused("/clock/advance", json!({ "span": "5s" })));
     let now = || ask("GET", "/clock", Value::Null).1["now"].as_u64();
     let before = now().ok_or("no time")?;
@@ -594,11 +636,36 @@ fn remedies_can_be_followed() -> Outcome {
         ("/history/go", json!({ "command": 999_999 }), "the journal has"),
         ("/history/go", json!({ "command": 0 }), "the journal has"),
         ("/history/do", json!({ "order": "foo" }), "GET the orders, which lists them"),
+        ("/orders", json!({ "order": "step" }), "GET the orders, which lists them"),
         ("/history/do", json!({ "order": "pres stop" }), "GET the orders, which lists them"),
     ] {
         let (status, detail, said) = refused(path, body);
         assert!(status == 422 && said.contains(remedy), "{path}: {detail}; {said}");
     }
+    for (value, remedy) in
+        [(json!("x"), "0 or 1, as a number"), (json!("1"), "0 or 1, as a number")]
+    {
+        for name in ["stop", "limit%20x+"] {
+            let (status, said) = ask("PUT", &format!("/signals/{name}"), json!({ "value": value }));
+            let told = said["remedy"].as_str().unwrap_or_default();
+            assert!(status == 422 && told.contains(remedy), "{name}: {said}");
+        }
+    }
+    assert_eq!(ask("PUT", "/signals/stop", json!({ "value": 1 })).0, 200);
+    assert_eq!(ask("PUT", "/signals/stop", json!({ "value": 0 })).0, 200);
+    // An image that is empty is none; that of an erased memory is told.
+    let (status, said) = ask("PUT", "/flash", json!({ "image": "" }));
+    assert_eq!((status, &said["detail"]), (400, &json!("the image is empty")));
+    assert!(
+        said["remedy"].as_str().is_some_and(|it| it.contains(r#""vimc4 flash 1\n""#)),
+        "{said}"
+    );
+    assert_eq!(ask("PUT", "/flash", json!({ "image": "vimc4 flash 1\n" })).0, 200);
+    // A sentence with this remedy is one.
+    let (_, _, remedy) = refused("/expectations", json!({ "expect": "rubbish" }));
+    assert!(!remedy.contains("rubbish"), "{remedy}");
+    let (_, _, remedy) = refused("/expectations", json!({ "expect": "x > 5" }));
+    assert_eq!(remedy, "say how often, as in `x > 5, once`");
     for own in ["breakpoints", "marks", "branches", "list commands"] {
         assert_eq!(ask("POST", "/debugger", line(own)).0, 200, "{own}");
     }

@@ -100,6 +100,10 @@ export class Film implements Tale {
     return Promise.resolve();
   }
 
+  lookAt({ at }: Entry): Promise<void> {
+    return this.go({ at });
+  }
+
   private look(at: number): void {
     const { entries } = this.way;
     this.history = { ...this.history, at };
@@ -148,10 +152,6 @@ export class Film implements Tale {
 
   entriesOf(): Entry[] {
     return this.way.entries;
-  }
-
-  branchOf(): undefined {
-    return undefined;
   }
 
   // A recording is looked at only.

@@ -12,6 +12,9 @@ interface Page {
   changed(): void;
 }
 
+/** A moment, or an entry of the journal. */
+type Goal = Partial<Moment> & { entry?: number };
+
 export class Past implements Tale {
   readonly isFilm = false;
   history: History | null = null;
@@ -20,9 +23,9 @@ export class Past implements Tale {
   /** What happened on each branch, by its number and how far it has come. */
   readonly branches = new Map<string, Entry[]>();
   private way: { key: string; way: Way } | null = null;
-  private wanted: Partial<Moment> | null = null;
+  private wanted: Goal | null = null;
   /** The moment that was asked for last, until it is looked at. */
-  private aimed: Partial<Moment> | null = null;
+  private aimed: Goal | null = null;
   private isBusy = false;
   /** Another number after every order, so that what was asked before is not believed. */
   private orders = 0;
@@ -66,9 +69,15 @@ export class Past implements Tale {
   }
 
   /** Goes to a moment: of several that are wanted one after the other only to the last. */
-  go(moment: Partial<Moment>): Promise<void> {
+  go(moment: Goal): Promise<void> {
     this.wanted = this.aimed = moment;
     return this.work();
+  }
+
+  /** The journal may have what happened on a branch that was left; the shown way has numbers of its own. */
+  lookAt({ number, at }: Entry): Promise<void> {
+    const branch = this.way?.way.parts.findLast(({ from }) => from < number)?.branch;
+    return this.go(this.isOpen ? { branch, at } : { entry: number });
   }
 
   do(deed: { order: string } | { send: string }): Promise<boolean> {
@@ -174,11 +183,5 @@ export class Past implements Tale {
   /** What happened on a branch, as far as it was looked at. */
   entriesOf({ id, end }: Branch): Entry[] {
     return this.branches.get(`${id} ${end}`) ?? [];
-  }
-
-  /** On which branch an entry of the shown way is. */
-  branchOf(entry: Entry): number | undefined {
-    const part = this.way?.way.parts.findLast(({ from }) => from < entry.number);
-    return part?.branch;
   }
 }

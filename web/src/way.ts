@@ -15,12 +15,13 @@ export interface Tale {
   readonly aim: number | null;
   readonly shown: Machine | null;
   go(moment: Partial<Moment>): Promise<void>;
+  /** Goes to when an entry that is shown happened. */
+  lookAt(entry: Entry): Promise<void>;
   do(deed: { order: string } | { send: string }): Promise<boolean>;
   walk(line: string): Promise<void>;
   leave(): Promise<void>;
   takeOver(): Promise<void>;
   entriesOf(branch: Branch): Entry[];
-  branchOf(entry: Entry): number | undefined;
 }
 
 /** What happened on the way to the end of a branch. */

@@ -132,7 +132,7 @@ pub fn body(
         let text = str::from_utf8(bytes).map_err(|error| {
             wrong(format!("byte {} of the {} is of no text", error.valid_up_to(), image.name))
         })?;
-        return Ok(Map::from_iter([(image.name.to_owned(), text.into())]));
+        return whole(Map::from_iter([(image.name.to_owned(), text.into())]), image);
     }
     if bytes.is_empty() {
         return match fields.iter().find(|field| field.is_needed) {
@@ -171,7 +171,25 @@ pub fn body(
     }
     match fields.iter().find(|field| field.is_needed && !object.contains_key(field.name)) {
         Some(field) => Err(wrong(format!("`{}` is missing: {}", field.name, field.about))),
-        None => Ok(object),
+        None => match image(fields) {
+            Some(image) => whole(object, image),
+            None => Ok(object),
+        },
+    }
+}
+
+/// What has this image, if that is not empty: whoever sends nothing most often has read no file.
+fn whole(object: Map<String, Value>, image: &Field) -> Result<Map<String, Value>, Problem> {
+    match object.get(image.name).and_then(Value::as_str) {
+        Some("") => Err(Problem::new(
+            Kind::WrongRequest,
+            format!("the {} is empty", image.name),
+            format!(
+                "send one that GET answers; to erase the memory, send {:?} alone",
+                image.example
+            ),
+        )),
+        _ => Ok(object),
     }
 }
 

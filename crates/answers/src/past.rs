@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::Controller;
-use vimc4_control::{Report, Sink, What};
+use vimc4_control::{Deed, News, Report, Sink, What};
 use vimc4_debug::{CANCELLED, DebugError, Debugger, Directive, Remedy, Wired};
 use vimc4_device::{
     CommandNumber, Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape,
     show_nanos,
 };
-use vimc4_timeline::{BranchId, History, Moment, Place, Progress};
+use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};
 
-use crate::fields::{bytes_of, no_such};
+use crate::feed::{Feed, Item};
+use crate::fields::bytes_of;
 use crate::problem::{Kind, Problem};
 
 /// The remedy of a line of the debugger whose refusal says none itself.
@@ -53,7 +55,7 @@ const AHEAD: u64 = 60_000_000_000;
 const CAUSES: usize = 200_000;
 
 /// A moment to look at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
     /// Where the controller itself is.
     Now,
@@ -64,17 +66,87 @@ pub enum Goal {
     At(Option<u64>, Time),
     /// When a command began.
     Command(u64),
+    /// When an entry of the journal happened, where that was.
+    Entry(Entry),
 }
 
-/// The moment that a request names; `entry` knows when an entry of the journal was.
+/// An entry of the journal, which may be of a branch that was left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    number: u64,
+    at: Time,
+    /// What the controller told next to it, by which its branch is known: news have none of their own.
+    told: Option<Report>,
+}
+
+impl Entry {
+    /// That of a number.
+    ///
+    /// # Errors
+    ///
+    /// If it is not kept.
+    fn of(number: u64, feed: &Feed) -> Result<Entry, String> {
+        let part = feed.after(0, usize::MAX);
+        let place = part.items.iter().position(|item| item.number == number);
+        let place = place.ok_or_else(|| {
+            format!("no entry has the number {number}; the journal has those that are kept")
+        })?;
+        // Behind a restoration the controller is elsewhere.
+        let is_restored = |item: &&Arc<Item>| {
+            matches!(item.report.news(), Some(News::Deed { deed: Deed::Restore, .. }))
+        };
+        let own = part.items.get(place);
+        let after = part.items[place..].iter().take_while(|item| !is_restored(item));
+        let before = part.items[..place].iter().rev().take_while(|item| !is_restored(item));
+        let mut near = own.into_iter().chain(after).chain(before);
+        let told = near.find(|item| item.report.event().is_some());
+        let told = told.map(|item| item.report.clone());
+        Ok(Entry { number, at: part.items[place].report.at, told })
+    }
+
+    /// Where it happened: on the way that is looked at, if it did there, or else on another branch.
+    fn branch(&self, history: &mut History<Wired>) -> Option<BranchId> {
+        let heading = history.heading();
+        let branches: Vec<_> = history.branches().collect();
+        let end = branches.iter().find(|own| own.id == heading)?.end;
+        let way = way(history, Place { branch: heading, moment: end });
+        let Some(told) = &self.told else { return Some(heading) };
+        let of = branches.iter().rev().filter(|own| (own.first.at..=own.end.at).contains(&told.at));
+        let found = of.filter_map(|own| {
+            let place = tells(history, own, told)?;
+            let is_on = |on: &Place| {
+                on.branch == place.branch && place.moment <= on.moment && self.at <= on.moment.at
+            };
+            Some(if way.iter().any(is_on) { heading } else { own.id })
+        });
+        let found: Vec<_> = found.collect();
+        // What has led to the first moment is not kept, and every way begins there.
+        let is_first = branches.first().is_some_and(|trunk| told.at <= trunk.first.at);
+        let branch = found.iter().find(|own| **own == heading).or(found.first()).copied();
+        branch.or(is_first.then_some(heading))
+    }
+}
+
+/// Where on a branch the controller tells something.
+fn tells(history: &mut History<Wired>, branch: &Branch, told: &Report) -> Option<Place> {
+    if told.at == branch.first.at {
+        history.go_to(Place { branch: branch.id, moment: branch.first });
+    } else {
+        history.go_to_end(branch.id);
+        history.go_to_time(Time::from_nanos(told.at.as_nanos() - 1));
+    }
+    let is_found = history.find_next(told.at, |_, _, outputs| {
+        outputs.iter().filter_map(report).any(|own| own.at == told.at && own.what == told.what)
+    });
+    is_found.then(|| history.present())
+}
+
+/// The moment that a request names; `feed` has the entries of the journal.
 ///
 /// # Errors
 ///
 /// If that is none, or more than one, or there is no such entry.
-pub fn goal(
-    body: &Map<String, Value>,
-    entry: impl FnOnce(u64) -> Option<Time>,
-) -> Result<Goal, Problem> {
+pub fn goal(body: &Map<String, Value>, feed: &Feed) -> Result<Goal, Problem> {
     let number = |name: &str| body.get(name).and_then(Value::as_u64);
     if let Some((name, value)) = body.iter().find(|(name, _)| number(name).is_none()) {
         let detail = format!("`{name}` is not to be {value}");
@@ -86,16 +158,20 @@ pub fn goal(
         return Err(Problem::new(Kind::WrongRequest, detail, "send only one of them"));
     }
     if number("branch").is_some() && number("at").is_none() && body.len() > 1 {
-        let detail = "commands and entries are looked for on the branch that is looked at";
-        let remedy = "look at the branch first, or send the branch with a time as at";
+        let (detail, remedy) = match number("entry") {
+            Some(_) => ("an entry is looked for where it happened", "leave out the branch"),
+            None => (
+                "a command is looked for on the branch that is looked at",
+                "leave out the branch if that is looked at; otherwise look at it before, by the branch alone",
+            ),
+        };
         return Err(Problem::new(Kind::WrongRequest, detail, remedy));
     }
     if let Some(command) = number("command") {
         return Ok(Goal::Command(command));
     }
     if let Some(wanted) = number("entry") {
-        let at = entry(wanted).ok_or_else(|| no_such("entry", &wanted.to_string()))?;
-        return Ok(Goal::At(None, at));
+        return Entry::of(wanted, feed).map(Goal::Entry).map_err(|why| wrong_look(&why));
     }
     Ok(match (number("branch"), number("at")) {
         (branch, Some(at)) => Goal::At(branch, Time::from_nanos(at)),
@@ -184,22 +260,8 @@ pub fn deed(body: &Map<String, Value>, names: &Names) -> Result<String, Problem>
     }
 }
 
-/// The remedy of what is not an order where orders are typed.
-const HELP: &str = "type help for the list";
-
 fn ordered(text: &str, names: &Names) -> Result<String, Problem> {
-    let order = Order::read(text, names).map_err(|error| {
-        // To order `help` does nothing here.
-        let text = error.to_string();
-        match text.split_once(HELP) {
-            Some((before, _)) => {
-                let text = format!("{before}GET the orders, which lists them");
-                Problem::said(Kind::NotUnderstood, &text, "")
-            }
-            None => error.into(),
-        }
-    })?;
-    match order {
+    match Order::read(text, names)? {
         Some(Order::Do(_) | Order::Rule(_) | Order::Reset | Order::Erase) => Ok(text.to_owned()),
         _ => Err(Problem::new(
             Kind::NotUnderstood,
@@ -300,19 +362,45 @@ pub fn look_at(
         history.drain();
         return Ok(());
     };
-    if end < at {
+    let first = history.branches().next().map_or(end, |trunk| trunk.first.at);
+    if !(first..=end).contains(&at) {
         history.go_to_end(heading);
         history.go_back_to(looked_at);
         history.drain();
-        return Err(format!(
-            "this branch ends at {} ns; look at a moment up to then, or at another branch",
-            end.as_nanos()
-        ));
+        let (end, first) = (end.as_nanos(), first.as_nanos());
+        return Err(match at.as_nanos() < first {
+            true => format!("the past begins at {first} ns; look at a moment from then on"),
+            false => format!(
+                "this branch ends at {end} ns; look at a moment up to then, or at another branch"
+            ),
+        });
     }
     let history = debugger.history_mut();
     history.go_to_time(at);
     history.drain();
     Ok(())
+}
+
+/// Looks at when an entry of the journal happened, on the way that is looked at if it happened there, or
+/// else on the branch on which it did.
+///
+/// # Errors
+///
+/// If the past does not know it any more.
+pub fn look_at_entry(debugger: &mut Debugger, entry: &Entry) -> Result<(), String> {
+    let (looked_at, heading) = (debugger.place(), debugger.history().heading());
+    let history = debugger.history_mut();
+    let branch = entry.branch(history);
+    history.go_to_end(heading);
+    history.go_back_to(looked_at);
+    history.drain();
+    let branch = branch.ok_or_else(|| {
+        format!(
+            "what led to the entry {} is not known any more; look at a time that the history has",
+            entry.number
+        )
+    })?;
+    look_at(debugger, Some(branch.0.into()), Some(entry.at))
 }
 
 /// What really happened stays as it is: something that is done at the end of it, where the controller

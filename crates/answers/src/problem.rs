@@ -130,6 +130,20 @@ impl Problem {
         }
     }
 
+    /// Why an order was not understood. To order `help` would do, but who sends requests asks for the orders.
+    fn of_order(error: &OrderError) -> Problem {
+        const HELP: &str = "type help for the list";
+        let text = error.to_string();
+        match text.split_once(HELP) {
+            Some((before, _)) => Problem::said(
+                Kind::NotUnderstood,
+                &format!("{before}GET the orders, which lists them"),
+                "",
+            ),
+            None => Problem::of_words(error, error.right()),
+        }
+    }
+
     /// Words that are wrong somewhere, and what would be right there.
     fn of_words(error: &impl Display, right: &str) -> Problem {
         let text = error.to_string();
@@ -190,7 +204,22 @@ impl From<ControlError> for Problem {
             ControlError::Deed(_) => Kind::NotUnderstood,
             _ => Kind::NotNow,
         };
-        Problem::of(kind, &error)
+        match error {
+            ControlError::Paused => Problem::new(
+                kind,
+                "time is paused",
+                "POST to clock/resume, or to clock/step for the next thing only",
+            ),
+            ControlError::NotPaused => {
+                Problem::new(kind, "time goes on", "POST to clock/pause before it")
+            }
+            ControlError::Cancelled { at } => Problem::new(
+                kind,
+                format!("given up at {at}: what would have happened later has not"),
+                "ask again, which goes on from there",
+            ),
+            error => Problem::of(kind, &error),
+        }
     }
 }
 
@@ -204,7 +233,13 @@ macro_rules! wrong_words {
     };
 }
 
-wrong_words!(OrderError, ConditionError, FaultError, RuleError);
+impl From<OrderError> for Problem {
+    fn from(error: OrderError) -> Problem {
+        Problem::of_order(&error)
+    }
+}
+
+wrong_words!(ConditionError, FaultError, RuleError);
 
 macro_rules! not_understood {
     ($($error:ty),+) => {
@@ -217,3 +252,24 @@ macro_rules! not_understood {
 }
 
 not_understood!(Mistake, MemoryError, ClockError);
+
+#[cfg(test)]
+mod tests {
+    use vimc4_device::Time;
+
+    use super::*;
+
+    #[test]
+    fn who_asked_for_what_cannot_be_now_is_told_what_to_do() {
+        let at = Time::from_nanos(5_000_000_000);
+        for (error, remedy) in [
+            (ControlError::Cancelled { at }, "ask again"),
+            (ControlError::Paused, "POST to clock/resume"),
+            (ControlError::NotPaused, "POST to clock/pause"),
+        ] {
+            let document = Problem::from(error).document();
+            let told = document["remedy"].as_str();
+            assert!(told.is_some_and(|told| told.starts_with(remedy)), "{document}");
+        }
+    }
+}

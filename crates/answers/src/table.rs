@@ -39,7 +39,12 @@ const MOMENT: &[Field] = &[
     Field::optional("at", Of::Number, "a time, in nanoseconds", "1500000000"),
     Field::optional("branch", Of::Number, "on this branch; without a time, its end", "0"),
     Field::optional("command", Of::Number, "instead: when the command of this number began", "12"),
-    Field::optional("entry", Of::Number, "instead: when this entry of the journal happened", "7"),
+    Field::optional(
+        "entry",
+        Of::Number,
+        "instead: when this entry of the journal happened, where it did",
+        "7",
+    ),
 ];
 const DEED: &[Field] = &[
     Field::optional("order", Of::Text, "as on standard input", "hold estop"),

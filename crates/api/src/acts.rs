@@ -2,6 +2,7 @@
 
 use std::pin::pin;
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
@@ -210,9 +211,7 @@ pub(crate) async fn order(call: Call) -> Outcome {
             order_end(&call);
             "ok".to_owned()
         }
-        Some(Order::Advance(span)) => {
-            arrived(&call, |control| control.advance(span)).await?.text("now")
-        }
+        Some(Order::Advance(span)) => advanced(&call, span).await?.text("now"),
         Some(Order::RunUntil(condition)) => {
             let what = if condition == Condition::Idle { "idle at" } else { "there at" };
             arrived(&call, |control| control.run_until(condition)).await?.text(what)
@@ -251,6 +250,10 @@ pub(crate) async fn set_clock(call: Call) -> Outcome {
 
 pub(crate) async fn advance(call: Call) -> Outcome {
     let span = span_of(call.text("span"))?;
+    Answer::json(&advanced(&call, span).await?.json())
+}
+
+async fn advanced(call: &Call, span: Duration) -> Result<Arrival, Problem> {
     // That it is paused, too, is not what is in the way.
     if call.controller()?.control.clock().await?.rate().is_some() {
         return Err(Problem::new(
@@ -260,7 +263,7 @@ pub(crate) async fn advance(call: Call) -> Outcome {
              controller whose time is moved",
         ));
     }
-    Answer::json(&arrived(&call, |control| control.advance(span)).await?.json())
+    arrived(call, |control| control.advance(span)).await
 }
 
 pub(crate) async fn run_until(call: Call) -> Outcome {
@@ -457,11 +460,7 @@ pub(crate) async fn history(call: Call) -> Outcome {
 
 pub(crate) async fn go(call: Call) -> Outcome {
     let feed = &call.controller()?.feed;
-    let goal = past::goal(&call.body, |number| {
-        let part = feed.after(number.saturating_sub(1), 1);
-        let item = part.items.first().filter(|item| item.number == number)?;
-        Some(item.report.at)
-    })?;
+    let goal = past::goal(&call.body, feed)?;
     ask_debugger(&call, Question::Go(goal)).await
 }
 

@@ -525,7 +525,13 @@ fn the_memory_is_read_and_changed() {
     assert_eq!((busy.status, &busy.json()["type"]), (409, &json!("/v1/docs#not-now")));
     served.emulators[1].run_until_idle().unwrap();
     assert_eq!(served.emulators[1].position().unwrap(), [500, 0, 0, 0]);
-    assert_eq!(put(2, "").status, 200);
+    // What is empty is no image: most often a file was not read.
+    let kept = served.get(&path(2)).body;
+    let empty = put(2, "").json();
+    assert_eq!((&empty["status"], &empty["detail"]), (&json!(400), &json!("the image is empty")));
+    assert!(empty["remedy"].as_str().unwrap().contains(r#"send "vimc4 flash 1\n""#), "{empty}");
+    assert_eq!(served.get(&path(2)).body, kept);
+    assert_eq!(put(2, "vimc4 flash 1\n").status, 200);
     assert_eq!(served.get(&path(2)).body, "vimc4 flash 1\n");
     let wrong = put(2, "vimc4 flash 1\nprogramme\n");
     assert_eq!(wrong.status, 422);
@@ -544,8 +550,8 @@ fn the_memory_is_read_and_changed() {
     let other = bytes("text/plain", &image);
     assert_eq!(other.status, 415);
     assert!(other.body.contains("or of its bytes application/octet-stream"), "{}", other.body);
-    assert_eq!(bytes("application/octet-stream", "").status, 200);
-    assert_eq!(served.get(&path(2)).body, "vimc4 flash 1\n");
+    assert_eq!(bytes("application/octet-stream", "").status, 400);
+    assert_eq!(served.get(&path(2)).body, image);
     let elsewhere = "Content-Type: application/octet-stream\r\n";
     let order = served.raw("POST", "/v1/controllers/2/orders", elsewhere, "press stop");
     assert_eq!(order.status, 415, "{}", order.body);

@@ -99,11 +99,7 @@ pub(crate) fn history(desk: &mut Desk, call: &Call) -> Outcome {
 
 pub(crate) fn go(desk: &mut Desk, call: &Call) -> Outcome {
     let feed = &desk.looked_at(call)?.live.feed;
-    let goal = past::goal(&call.body, |number| {
-        let part = feed.after(number.saturating_sub(1), 1);
-        let item = part.items.first().filter(|item| item.number == number)?;
-        Some(item.report.at)
-    })?;
+    let goal = past::goal(&call.body, feed)?;
     looking(desk, call, |served| {
         served.go(goal).map_err(wrong)?;
         Answer::json(&served.history())

@@ -205,6 +205,7 @@ impl Served {
             }
             Goal::End(branch) => past::look_at(self.debugger(), Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(self.debugger(), branch, Some(at))?,
+            Goal::Entry(entry) => past::look_at_entry(self.debugger(), &entry)?,
             Goal::Command(number) => {
                 past::look_at_command(self.debugger(), number, &mut patience())?;
             }

@@ -274,6 +274,16 @@ fn who_goes_back_leaves_the_way_there_and_stands_where_it_went() {
     let left = ask("POST", "history/go", json!({ "branch": 0, "at": 2_900_000_000_u64 }));
     assert_eq!(left["view"]["axes"][0]["position"], 900);
     ask("POST", "history/go", json!({ "branch": 1, "at": 1_200_000_000_u64 }));
+    // An entry is shown where it happened: the first motion on the branch that was left.
+    let journal = ask("GET", "journal", Value::Null);
+    let motions = journal["entries"].as_array().into_iter().flatten();
+    let motions: Vec<&Value> = motions.filter(|entry| entry["kind"] == "motion").collect();
+    for (motion, branch, x) in [(0, 0, 0), (1, 0, 900), (2, 1, 0)] {
+        let there = ask("POST", "history/go", json!({ "entry": motions[motion]["number"] }));
+        assert_eq!((&there["branch"], &there["at"]), (&json!(branch), &motions[motion]["at"]));
+        assert_eq!(there["view"]["axes"][0]["position"], x);
+    }
+    ask("POST", "history/go", json!({ "branch": 1, "at": 1_200_000_000_u64 }));
     ask("POST", "history/take", Value::Null);
     let clock = ask("GET", "clock", Value::Null);
     assert_eq!(

@@ -132,6 +132,7 @@ impl Debugging for Console {
             }
             Goal::End(branch) => past::look_at(&mut self.session.debugger, Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
+            Goal::Entry(entry) => past::look_at_entry(&mut self.session.debugger, &entry)?,
             Goal::Command(number) => {
                 let Session { debugger, cancel, .. } = &mut self.session;
                 cancel.forget();

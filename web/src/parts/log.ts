@@ -75,17 +75,11 @@ export function log(app: App): Part {
       ["entry", figure(entry.number)], ["time", seconds(entry.at, 6)], ["kind", translated(entry.kind)],
       ["bytes", entry.bytes], ["why", entry.why],
     ];
-    const jump = h("button", { onclick: () => look(entry) }, say("lookAt"));
+    const jump = h("button", { onclick: () => void app.past?.lookAt(entry) }, say("lookAt"));
     detail.replaceChildren(...pairs.flatMap(([word, text]) =>
       text === undefined ? [] : [h("dt", {}, say(word)), h("dd", word === "why" ? { lang: "en" } : {}, text)]),
     ...(app.past?.history?.possible ? [h("dt"), h("dd", {}, jump)] : []));
     row.append(detail);
-  };
-
-  const look = (entry: Entry) => {
-    const { past } = app;
-    const branch = past?.isOpen ? past.branchOf(entry) : undefined;
-    void past?.go(branch === undefined ? { at: entry.at } : { branch, at: entry.at });
   };
 
   const row = (entry: Entry): HTMLElement => {
