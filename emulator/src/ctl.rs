@@ -9,7 +9,7 @@ mod words;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use vimc4_device::{Time, unescape};
+use vimc4_device::{Time, escape, unescape};
 
 use crate::failure::Failure;
 use crate::output;
@@ -82,6 +82,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "`{rest}` means nothing behind `{word}`; leave it out"
         )));
     }
+    if word == "send" && rest.is_empty() {
+        return Err(Failure::usage(
+            r"there is nothing to send; write it behind `send`, as in `vimc4 ctl send '@07\r'`",
+        ));
+    }
     if word == "help"
         && let Some(said) = words::help_on(rest)
     {
@@ -104,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             if is_json {
                 output::print(&format!("{}\n", trouble.document()))?;
             }
-            Err(trouble.into())
+            Err(words::typed(trouble).into())
         }
     }
 }
@@ -123,7 +128,13 @@ fn ask(
         let said = lines.collect::<Vec<_>>().join("\n");
         return Ok((all, said));
     }
-    let number = client.controller(controller)?;
+    let number = match (word, controller) {
+        // All of them are told the same.
+        ("help", None) => 1,
+        _ => client
+            .controller(controller)
+            .map_err(|trouble| unknown(client, word).unwrap_or(trouble))?,
+    };
     let path = |rest: &str| format!("/controllers/{number}{rest}");
     Ok(match (word, rest) {
         ("view", _) => {
@@ -133,6 +144,12 @@ fn ask(
             (view, said)
         }
         ("send", typed) => {
+            if let Some(letter) = typed.chars().find(|letter| !letter.is_ascii()) {
+                let bytes = escape(letter.encode_utf8(&mut [0; 4]).as_bytes());
+                return Err(Trouble::Other(format!(
+                    "`{letter}` is no byte; write the bytes that are meant, such as {bytes}"
+                )));
+            }
             let bytes = unescape(typed).map_err(|wrong| {
                 Trouble::Other(format!(
                     "`{wrong}` stands for nothing; write \\r, \\n, \\t, \\\\ or \\xFD"
@@ -166,6 +183,24 @@ fn ask(
             };
             (answer, said)
         }
+    })
+}
+
+/// That a word means nothing to any controller, if the server says so.
+fn unknown(client: &Client, word: &str) -> Option<Trouble> {
+    let get = |what| client.get(&format!("/controllers/1/{what}"), &[]).ok();
+    let (verbs, signals) = (get("orders")?, get("signals")?);
+    let begins = |name: &Value| name.as_str().and_then(|name| name.split(' ').next()) == Some(word);
+    let mut verbs = verbs.as_array()?.iter();
+    // A switch is an order by itself.
+    let mut signals = signals.as_array()?.iter();
+    let is_known = WORDS.iter().any(|known| known.name == word)
+        || verbs.any(|verb| begins(&verb["verb"]))
+        || signals.any(|signal| begins(&signal["name"]));
+    (!is_known).then(|| {
+        Trouble::Other(format!(
+            "`{word}` is not an order; `vimc4 ctl help` lists those that there are"
+        ))
     })
 }
 

@@ -86,7 +86,22 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
         (
             vec!["prss", "stop", "--controller", "1"],
             2,
-            "did you mean press? type help for the list",
+            "did you mean press? `vimc4 ctl help` lists them",
+        ),
+        // What is wrong anyway is told before which controller is meant.
+        (vec!["prss", "stop"], 2, "`prss` is not an order | help: `vimc4 ctl help` lists those"),
+        (vec!["cover", "open"], 2, "help: give --controller, 1 to 2"),
+        (vec!["send"], 2, "there is nothing to send | help: write it behind `send`, as in"),
+        (vec!["send", "", "--controller", "1"], 2, "there is nothing to send"),
+        (
+            vec!["send", "€", "--controller", "1"],
+            2,
+            r"write the bytes that are meant, such as \xE2\x82\xAC",
+        ),
+        (
+            vec!["clock", "resume", "--controller", "1"],
+            1,
+            "time is not paused | help: there is nothing to resume; give `clock pause` before it",
         ),
         (vec!["clock", "8x", "--controller", "1"], 1, "only a clock that runs by itself"),
         (vec!["send", r"\q", "--controller", "1"], 2, r"`\q` stands for nothing"),
@@ -105,8 +120,11 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
     let (code, said, _) = ctl(folder, &url, &["help", "clock"]);
     assert_eq!((code, said.lines().count()), (0, 5), "{said}");
     assert!(said.contains("clock pause           time stands still"), "{said}");
-    let (code, said, _) = ctl(folder, &url, &["--controller", "1", "help", "press"]);
+    // Which controller is meant makes no difference.
+    let (code, said, _) = ctl(folder, &url, &["help", "press"]);
     assert!(code == 0 && said.contains("press"), "{said}");
+    let (code, all, _) = ctl(folder, &url, &["help"]);
+    assert!(code == 0 && all.contains("press") && all.contains("clock pause"), "{all}");
     // A problem is JSON, too, where that is wanted.
     let (code, printed, _) = ctl(folder, "http://127.0.0.1:1", &["--json", "view"]);
     let problem: Value = serde_json::from_str(&printed).unwrap();
@@ -118,7 +136,9 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
     // What is paused does not go on by itself; the other one does not mind.
     assert_eq!(ctl(folder, &url, &["--controller", "2", "clock", "pause"]).0, 0);
     let (code, said) = try_it(&["--controller", "2", "advance", "1s"]);
-    assert!(code == 1 && said.contains("time is paused"), "{code} {said}");
+    let right =
+        "time is paused | help: give `clock resume`, or `clock step` for the next thing only";
+    assert!(code == 1 && said.contains(right), "{code} {said}");
     let advanced = ctl(folder, &url, &["--controller", "1", "advance", "1s"]);
     assert_eq!(advanced, (0, "now 1.000000000 s\n".to_owned(), String::new()));
 

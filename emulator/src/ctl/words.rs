@@ -1,5 +1,7 @@
 //! The words of `vimc4 ctl` that are no orders.
 
+use super::client::{Trouble, part};
+
 /// A word, and what may follow it.
 pub(crate) struct Word {
     pub(crate) name: &'static str,
@@ -33,6 +35,26 @@ pub(crate) const WORDS: &[Word] = &[
         ],
     },
 ];
+
+/// What the API says of its requests, and what is typed instead.
+const REQUESTS: &[(&str, &str)] = &[
+    ("GET the orders, which lists them", "`vimc4 ctl help` lists them"),
+    ("POST to clock/pause", "give `clock pause`"),
+    ("POST to clock/resume", "give `clock resume`"),
+    ("or to clock/step", "or `clock step`"),
+    ("POST a line such as `step 250ms` to the debugger", "step it in `vimc4 console --connect`"),
+];
+
+/// Why the server has refused something, for those who type.
+pub(crate) fn typed(mut trouble: Trouble) -> Trouble {
+    if let Trouble::Refused(problem) = &mut trouble {
+        let remedy = part(problem, "remedy").to_owned();
+        let typed =
+            |remedy: String, (request, typed): &(&str, &str)| remedy.replace(request, typed);
+        problem["remedy"] = REQUESTS.iter().fold(remedy, typed).into();
+    }
+    trouble
+}
 
 impl Word {
     /// Its forms as a list for people.
