@@ -146,7 +146,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
         Zeros { zero: None, ..job.options.zeros.clone() }.set(&mut site)?;
     }
     let machine = Arc::clone(&site.machine);
-    let list = command_list(arguments, &bytes)?;
+    let list = command_list(arguments, &bytes, &handling)?;
     let stores = matches!(list, Some((_, What::Stored)));
     if arguments.erase && !stores {
         return Err(Failure::usage(format!(
@@ -325,11 +325,16 @@ type List = Vec<(u32, Vec<u8>)>;
 
 /// The commands of a command list, or those that store a data field, and what it is then; `None` if
 /// it is a job file.
-fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, What)>, Failure> {
+fn command_list(
+    arguments: &Arguments,
+    bytes: &[u8],
+    handling: &Handling,
+) -> Result<Option<(List, What)>, Failure> {
     let name = arguments.job.name();
-    let Some(script) = Script::parse(bytes).filter(|_| !is_job(bytes)) else {
+    if is_job(bytes) {
         return Ok(None);
-    };
+    }
+    let script = Script::of(&name, bytes, handling).map_err(Failure::usage)?;
     let number = |line: &ScriptLine| {
         line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default()
     };

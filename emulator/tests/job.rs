@@ -200,6 +200,12 @@ fn with_an_error_nothing_is_done_unless_it_is_lenient() {
     let emulator =
         Emulator::builder().pty(folder.join("port")).time(Clock::Instant).start().unwrap();
     ends(&folder, &["send", "job.ncp", "--to", "port"], 1);
+    // Where there is nothing to send that is told in the words of `run`.
+    for (name, text) in [("empty.txt", ""), ("remark.txt", "; nothing\r\n\r\n")] {
+        fs::write(folder.join(name), text).unwrap();
+        let (_, err) = ends(&folder, &["send", name, "--to", "port"], 2);
+        assert!(err.contains(&format!("{name} holds no command")), "{err}");
+    }
     assert!(emulator.commands().unwrap().is_empty());
 
     let (out, _) = ends(&folder, &["ncp", "run", "job.ncp", "--lenient", "--json"], 1);
