@@ -485,6 +485,11 @@ with_(["--web"], "STOP says F, the past is scrubbed, branches at the emergency s
   }
   const { carriage: there } = (await server.ask("GET", "/controllers/1/view")).axes[0];
   assert.ok(there > 0 && there < held, `${there}`);
+  // What happened on the way that was left is looked at there.
+  await said(page, /^[\d.,]+ s←F.*stopped by STOP/).getByRole("button").first().click();
+  await page.getByRole("button", { name: "Look at this moment" }).click();
+  await until("it has come to where STOP held it", async () => (await isPast(page)) && (await carriage(page))[0] === held);
+  assert.equal(await line(page).getAttribute("data-branch"), "0");
 });
 
 with_(["--web"], "whoever leaves the past finds the present as it was, and goes on", async (server, opened) => {
