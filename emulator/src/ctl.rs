@@ -193,10 +193,10 @@ fn unknown(client: &Client, word: &str) -> Option<Trouble> {
     let begins = |name: &Value| name.as_str().and_then(|name| name.split(' ').next()) == Some(word);
     let mut verbs = verbs.as_array()?.iter();
     // A switch is an order by itself.
-    let mut signals = signals.as_array()?.iter();
+    let mut switches = signals.as_array()?.iter().filter(|signal| signal["positions"].is_array());
     let is_known = WORDS.iter().any(|known| known.name == word)
         || verbs.any(|verb| begins(&verb["verb"]))
-        || signals.any(|signal| begins(&signal["name"]));
+        || switches.any(|switch| begins(&switch["name"]));
     (!is_known).then(|| {
         Trouble::Other(format!(
             "`{word}` is not an order; `vimc4 ctl help` lists those that there are"

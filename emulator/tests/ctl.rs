@@ -90,6 +90,7 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
         ),
         // What is wrong anyway is told before which controller is meant.
         (vec!["prss", "stop"], 2, "`prss` is not an order | help: `vimc4 ctl help` lists those"),
+        (vec!["limit", "x+", "1"], 2, "`limit` is not an order"),
         (vec!["cover", "open"], 2, "help: give --controller, 1 to 2"),
         (vec!["send"], 2, "there is nothing to send | help: write it behind `send`, as in"),
         (vec!["send", "", "--controller", "1"], 2, "there is nothing to send"),
