@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use vimc4_device::Names;
 
 use crate::entry::{is_kind, kind, unknown_kind};
-use crate::feed::Feed;
+use crate::feed::{Feed, Part};
 use crate::fields::no_such;
 use crate::problem::{Kind, Problem};
 use crate::seen::Position;
@@ -168,9 +168,13 @@ impl Followed {
         names: &Names,
         messages: &mut Messages<T>,
     ) -> (Vec<T>, bool) {
-        if let Some(made) = messages.of(kinds).find(|made| made.after == self.sent) {
+        let Part { first, last, .. } = feed.after(self.sent, 0);
+        // What is not kept any more is not told any more, although a message may still have it.
+        if self.sent + 1 >= first
+            && let Some(made) = messages.of(kinds).find(|made| made.after == self.sent)
+        {
             self.sent = made.last;
-            return (made.text.iter().cloned().collect(), self.sent < feed.state().0);
+            return (made.text.iter().cloned().collect(), self.sent < last);
         }
         // Whoever is elsewhere ends where others do, to go on with them.
         let end = messages.of(kinds).map(|made| made.last).filter(|last| *last > self.sent).min();
@@ -369,6 +373,13 @@ mod tests {
         let all = told(&mut early[0]);
         assert_eq!(numbers(&all), Vec::from_iter(5..=3_004));
         assert!(same(&told(&mut late), &all) && same(&told(&mut early[1]), &all));
+        // Whoever comes too late for what is not kept any more gets a gap, whatever others have got.
+        (0..7_000).for_each(|_| happens(Event::Port { port: 1, value: 4 }));
+        told(&mut early[0]);
+        let texts = told(&mut subscribe(None, 0));
+        let gap = json!({ "type": "gap", "controller": 1, "from": 1, "to": 4 });
+        assert_eq!(*texts[0], *gap.to_string());
+        assert_eq!(numbers(&texts[1..2])[0], 5);
         // Where nothing of it is wanted nobody is told anything.
         assert!(told(&mut some[0]).is_empty() && told(&mut some[1]).is_empty());
     }

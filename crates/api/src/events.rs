@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::json;
-use tokio::time::{sleep_until, timeout};
+use tokio::time::{sleep, sleep_until, timeout};
 use tungstenite::error::ProtocolError;
 
 use vimc4_answers::feed::Feed;
@@ -15,7 +15,7 @@ use vimc4_answers::problem::{Kind, Problem};
 
 use crate::bell::Listener;
 use crate::guard::no_token;
-use crate::limits::PATIENCE;
+use crate::limits::{LINGER, PATIENCE};
 use crate::served::App;
 
 /// What a client gets, and how long at least passes between two positions.
@@ -55,7 +55,8 @@ pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) 
         Err(End::Left) => hang_up(socket).await,
         Err(End::Broken(frame)) => {
             let _ = timeout(PATIENCE, socket.send(Message::Close(Some(frame)))).await;
-            hang_up(socket).await;
+            // What it has sent behind that is not read, and closing at once would take the frame back.
+            sleep(LINGER).await;
         }
         Err(End::Problem(problem)) => part(socket, &problem).await,
     }
