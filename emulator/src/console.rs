@@ -101,36 +101,38 @@ pub(crate) struct Arguments {
     afar: afar::Arguments,
 }
 
+/// Of each option by itself: that of a whole struct would stay for the options that follow.
+const HEADING: &str = "A controller behind ports";
+
 /// Where clients find a controller, as `vimc4 serve` has it.
 #[derive(clap::Args)]
-#[command(next_help_heading = "A controller behind ports")]
 struct Ports {
     /// A pseudo-terminal and a link to it of this name; `none` for no pseudo-terminal
-    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY, hide = cfg!(not(unix)))]
+    #[arg(help_heading = HEADING, long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY, hide = cfg!(not(unix)))]
     pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
-    #[arg(long, hide = cfg!(not(unix)))]
+    #[arg(help_heading = HEADING, long, hide = cfg!(not(unix)))]
     replace: bool,
     /// Listen on this address; `none` for no TCP port, port 0 for a free one
-    #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
+    #[arg(help_heading = HEADING, long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
     tcp: String,
     /// A real serial port; once for each controller
-    #[arg(long, value_name = "DEV")]
+    #[arg(help_heading = HEADING, long, value_name = "DEV")]
     serial: Vec<String>,
     /// How time passes while the controller runs: real, a factor such as 8x or 0.5x, or instant
-    #[arg(long = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
+    #[arg(help_heading = HEADING, long = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
     clock: Clock,
     /// Keep the flash memory in this file, which is created if it does not exist
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = HEADING, long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// How many controllers; `controller NUMBER` looks at another one
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1_000))]
+    #[arg(help_heading = HEADING, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1_000))]
     count: u16,
     /// What happens to a second TCP client: refuse it, let it take over, or let it observe
-    #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse, add = completions::words(&["refuse", "takeover", "observe"]))]
+    #[arg(help_heading = HEADING, long, value_name = "POLICY", default_value_t = Clients::Refuse, add = completions::words(&["refuse", "takeover", "observe"]))]
     tcp_clients: Clients,
     /// Forget the half line of a client that has left
-    #[arg(long)]
+    #[arg(help_heading = HEADING, long)]
     fresh_clients: bool,
 }
 

@@ -16,22 +16,24 @@ use crate::failure::Failure;
 use crate::output::create;
 use crate::places::numbered;
 
+/// Of each option by itself: that of a whole struct would stay for the options that follow.
+const HEADING: &str = "Waveforms";
+
 /// What is to be drawn, and where.
 #[derive(Clone, clap::Args)]
-#[command(next_help_heading = "Waveforms")]
 pub(crate) struct Drawn {
     /// Draw steps, directions, switches, ports, the bits on the line and the state over time into a value
     /// change dump, which GTKWave and Surfer show. What it replaces is gone
-    #[arg(long, value_name = "OUT")]
+    #[arg(help_heading = HEADING, long, value_name = "OUT")]
     vcd: Option<PathBuf>,
     /// The same in the compressed format of GTKWave, which Surfer reads too
-    #[arg(long, value_name = "OUT")]
+    #[arg(help_heading = HEADING, long, value_name = "OUT")]
     fst: Option<PathBuf>,
     /// A table of the same: seconds,signal,value, with a row for each change
-    #[arg(long, value_name = "OUT")]
+    #[arg(help_heading = HEADING, long, value_name = "OUT")]
     csv: Option<PathBuf>,
     /// States, commands, answers, motions and lines of a program as a trace, which ui.perfetto.dev shows
-    #[arg(long, value_name = "OUT")]
+    #[arg(help_heading = HEADING, long, value_name = "OUT")]
     perfetto: Option<PathBuf>,
 }
 

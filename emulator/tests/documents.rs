@@ -249,6 +249,83 @@ fn every_command_has_a_manual_page() {
     }
 }
 
+/// The headings of options besides `Options`, each with all that stand under it.
+const HEADINGS: [(&str, &[&str]); 3] = [
+    ("Waveforms", &["--vcd", "--fst", "--csv", "--perfetto"]),
+    (
+        "A controller behind ports",
+        &[
+            "--pty",
+            "--replace",
+            "--tcp",
+            "--serial",
+            "--time",
+            "--flash",
+            "--count",
+            "--tcp-clients",
+            "--fresh-clients",
+        ],
+    ),
+    ("A controller elsewhere", &["--connect", "--token", "--controller"]),
+];
+
+/// The options under each heading of a text, by what a heading looks like. What an option means is
+/// indented further than its name.
+fn headed<'t>(
+    text: &'t str,
+    heading: impl Fn(&'t str) -> Option<&'t str>,
+) -> Vec<(&'t str, Vec<&'t str>)> {
+    let mut headed: Vec<(&str, Vec<&str>)> = Vec::new();
+    for line in text.lines().take_while(|line| *line != "Examples:") {
+        if let Some(heading) = heading(line) {
+            headed.push((heading, Vec::new()));
+        }
+        let line = line.strip_prefix("      ").or(line.strip_prefix("  ")).unwrap_or(line);
+        let mut words = line.split([' ', '[', '=']).filter(|_| line.starts_with('-'));
+        let option = words.find(|word| word.starts_with("--"));
+        if let (Some(option), Some((_, options))) = (option, headed.last_mut()) {
+            options.push(option);
+        }
+    }
+    headed
+}
+
+#[test]
+fn no_heading_has_options_that_follow_its_own() {
+    let check = |of: &str, sections: Vec<(&str, Vec<&str>)>| {
+        let mut met = 0;
+        for (heading, options) in sections {
+            let is_meant = |known: &&(&str, &[&str])| known.0.eq_ignore_ascii_case(heading);
+            match HEADINGS.iter().find(is_meant) {
+                Some((_, own)) => assert_eq!(options, *own, "{of}: {heading}"),
+                None => {
+                    let is_plain = options.is_empty() || heading.eq_ignore_ascii_case("options");
+                    assert!(is_plain, "{of}: {heading} is not known here: {options:?}");
+                }
+            }
+            met += options.len();
+        }
+        met
+    };
+    let bench = Bench::new();
+    assert!(bench.run("vimc4 man man1", "").status.success());
+    let mut all = 0;
+    for (command, text) in helps() {
+        let title = |line: &'_ str| line.ends_with(':') && line.starts_with(char::is_alphabetic);
+        let told = headed(&text, |line| line.strip_suffix(':').filter(|_| title(line)));
+        let of_help = check(&command, told);
+        let page = bench.path(&format!("man1/{}.1", command.replace(' ', "-")));
+        let page = fs::read_to_string(&page).unwrap().replace("\\-", "-").replace("\\fB", "");
+        let page = page.replace("\\fR", "");
+        // What stands before is prose.
+        let page = page.find(".SH OPTIONS").map_or("", |at| &page[at..]);
+        let told = headed(page, |line| line.strip_prefix(".SH ").map(|it| it.trim_matches('"')));
+        let of_page = check(&format!("the page of {command}"), told);
+        all += of_help + of_page;
+    }
+    assert!(all > 200, "{all}");
+}
+
 // --- command lines ---
 
 /// A folder with the examples, in which the shell finds this vimc4.

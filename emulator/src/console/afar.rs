@@ -28,19 +28,21 @@ use crate::text;
 /// So long somebody who has pressed Tab waits.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// Of each option by itself: that of a whole struct would stay for the options that follow.
+const HEADING: &str = "A controller elsewhere";
+
 #[derive(clap::Args)]
 #[group(skip)]
-#[command(next_help_heading = "A controller elsewhere")]
 pub(crate) struct Arguments {
     /// Debug a controller of the `vimc4 serve --http` that listens there, where time passes by itself:
     /// not with --time manual or --dap
-    #[arg(long, value_name = "URL", conflicts_with_all = NOT_THERE, add = crate::completions::words(&["http://127.0.0.1:8080"]))]
+    #[arg(help_heading = HEADING, long, value_name = "URL", conflicts_with_all = NOT_THERE, add = crate::completions::words(&["http://127.0.0.1:8080"]))]
     connect: Option<String>,
     /// The file with the token, where one is needed; by default the environment variable VIMC4_TOKEN
-    #[arg(long, value_name = "FILE", requires = "connect", conflicts_with_all = NOT_THERE)]
+    #[arg(help_heading = HEADING, long, value_name = "FILE", requires = "connect", conflicts_with_all = NOT_THERE)]
     token: Option<PathBuf>,
     /// Which of several controllers, by its number from 1
-    #[arg(long, value_name = "NUMBER", requires = "connect", conflicts_with_all = NOT_THERE, add = complete::controllers())]
+    #[arg(help_heading = HEADING, long, value_name = "NUMBER", requires = "connect", conflicts_with_all = NOT_THERE, add = complete::controllers())]
     controller: Option<usize>,
 }
 
