@@ -1,14 +1,7 @@
 //! The arguments of requests. A missing argument has the protocol's default; an unknown one is
 //! ignored.
 
-use serde::{Deserialize, Deserializer};
-
-/// A value that may be null, which means the same as leaving it out.
-fn or_default<'d, D: Deserializer<'d>, T: Deserialize<'d> + Default>(
-    from: D,
-) -> Result<T, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or_default())
-}
+use serde::Deserialize;
 
 fn yes() -> bool {
     true
@@ -34,16 +27,16 @@ pub(crate) struct Initialize {
 
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct SourceName {
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) path: String,
-    #[serde(default, rename = "sourceReference", deserialize_with = "or_default")]
+    #[serde(default, rename = "sourceReference")]
     pub(crate) reference: i64,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct SetBreakpoints {
     pub(crate) source: SourceName,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) breakpoints: Vec<SourceBreakpoint>,
 }
 
@@ -59,11 +52,11 @@ pub(crate) struct SourceBreakpoint {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct With {
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) condition: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) hit_condition: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) log_message: String,
 }
 
@@ -88,7 +81,7 @@ pub(crate) struct SetDataBreakpoints {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct DataBreakpoint {
     pub(crate) data_id: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) access_type: String,
     #[serde(flatten)]
     pub(crate) with: With,
@@ -97,9 +90,9 @@ pub(crate) struct DataBreakpoint {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct SetExceptionBreakpoints {
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) filters: Vec<String>,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) filter_options: Vec<FilterOption>,
 }
 
@@ -107,16 +100,16 @@ pub(crate) struct SetExceptionBreakpoints {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct FilterOption {
     pub(crate) filter_id: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) condition: String,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct DataBreakpointInfo {
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) variables_reference: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) frame_id: i64,
     pub(crate) name: String,
 }
@@ -140,10 +133,10 @@ pub(crate) struct OfThread {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct StackTrace {
     pub(crate) thread_id: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) start_frame: usize,
     /// 0 for all.
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) levels: usize,
 }
 
@@ -157,12 +150,12 @@ pub(crate) struct OfFrame {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Variables {
     pub(crate) variables_reference: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) filter: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) start: usize,
     /// 0 for all.
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) count: usize,
 }
 
@@ -179,7 +172,7 @@ pub(crate) struct SetVariable {
 pub(crate) struct SetExpression {
     pub(crate) expression: String,
     pub(crate) value: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) frame_id: i64,
 }
 
@@ -187,9 +180,9 @@ pub(crate) struct SetExpression {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Evaluate {
     pub(crate) expression: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) frame_id: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) context: String,
 }
 
@@ -202,7 +195,7 @@ pub(crate) struct Completions {
     /// The line of the cursor, if the text has several.
     #[serde(default)]
     pub(crate) line: Option<i64>,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) frame_id: i64,
 }
 
@@ -220,7 +213,7 @@ pub(crate) enum Granularity {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Step {
     pub(crate) thread_id: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) granularity: Granularity,
 }
 
@@ -235,9 +228,9 @@ pub(crate) struct Goto {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Disassemble {
     pub(crate) memory_reference: String,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) offset: i64,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) instruction_offset: i64,
     pub(crate) instruction_count: i64,
 }
@@ -247,7 +240,7 @@ pub(crate) struct Disassemble {
 pub(crate) struct SourceText {
     #[serde(default)]
     pub(crate) source: Option<SourceName>,
-    #[serde(default, deserialize_with = "or_default")]
+    #[serde(default)]
     pub(crate) source_reference: i64,
 }
 

@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod belonging;
 mod console;
 mod dispatch;
 pub mod framing;
@@ -21,6 +22,7 @@ mod looking;
 mod message;
 mod open;
 mod points;
+mod reading;
 mod setting;
 mod state;
 mod table;

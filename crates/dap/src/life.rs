@@ -6,6 +6,7 @@ use crate::arguments::{Initialize, Restart};
 use crate::held::{Held, Walk};
 use crate::message::{Outgoing, Refusal};
 use crate::open::Configuration;
+use crate::reading;
 use crate::setting::ERRORS;
 use crate::state::{Answered, DONE, Session, Stage, answer};
 use vimc4_debug::Way;
@@ -100,6 +101,9 @@ impl Session {
         configuration: Configuration,
         progress: &mut Progress<'_>,
     ) -> Result<(), Refusal> {
+        // They may be why nothing can be opened.
+        self.say(configuration.unknown(self.is_attached));
+        configuration.check(self.is_attached)?;
         let is_of_files = configuration.each().iter().all(|each| each.recording.is_some());
         if self.held.iter().any(|held| held.opened.live.is_some()) {
             // That frees their ports. Afterwards their settings are made again.
@@ -107,8 +111,6 @@ impl Session {
             self.runs.clear();
             self.held.clear();
         }
-        // They may be why nothing can be opened.
-        self.say(configuration.unknown());
         let opened = match self.is_attached && !is_of_files {
             true => self.opener.attach(&configuration)?,
             false => self.opener.open(&configuration, progress)?,
@@ -200,6 +202,5 @@ impl Session {
 
 /// The client's configuration of what is to be opened.
 pub(crate) fn configuration(arguments: Value) -> Result<Configuration, Refusal> {
-    serde_json::from_value(arguments)
-        .map_err(|error| Refusal(format!("the attributes of the configuration: {error}")))
+    reading::read("the attributes of the configuration", arguments).map_err(Refusal)
 }

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::framing::Frame;
+use crate::reading;
 
 /// The longest message from a client, in bytes: breakpoints in ten thousand lines fit.
 pub const LARGEST: u64 = 1 << 20;
@@ -114,12 +115,8 @@ impl Request {
     ///
     /// If they are not what the request takes.
     pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, Refusal> {
-        let arguments = match &self.arguments {
-            Value::Null => json!({}),
-            arguments => arguments.clone(),
-        };
-        serde_json::from_value(arguments)
-            .map_err(|error| Refusal(format!("the arguments of {}: {error}", self.command)))
+        let called = format!("the arguments of {}", self.command);
+        reading::read(&called, self.arguments.clone()).map_err(Refusal)
     }
 }
 

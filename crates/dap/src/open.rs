@@ -4,7 +4,6 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use strsim::osa_distance;
 use vimc4_debug::{Debugger, Unit};
 use vimc4_timeline::Progress;
 
@@ -66,9 +65,7 @@ fn quirks<'d, D: Deserializer<'d>>(from: D) -> Result<BTreeMap<String, String>, 
     let text = |(name, value): (String, Value)| match value {
         Value::String(text) => Ok((name, text)),
         Value::Bool(_) | Value::Number(_) => Ok((name, value.to_string())),
-        _ => Err(Error::custom(format!(
-            "quirks: the value of {name} is a text, a number, true or false"
-        ))),
+        _ => Err(Error::custom(format!("the value of {name} is a text, a number, true or false"))),
     };
     quirks.into_iter().map(text).collect()
 }
@@ -81,8 +78,16 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
         "string",
         "instead of a program: a file in which a controller was recorded, with `--record`",
     ),
-    ("model", "string", "the model of controller: a name from `vimc4 models`, or a profile file"),
-    ("machine", "string", "the machine: a name from `vimc4 machines`, or a profile file"),
+    (
+        "model",
+        "string",
+        "with `program` or `serve`: the model of controller, a name from `vimc4 models`, or a profile file",
+    ),
+    (
+        "machine",
+        "string",
+        "with `program` or `serve`: the machine, a name from `vimc4 machines`, or a profile file",
+    ),
     (
         "serve",
         "boolean",
@@ -97,11 +102,15 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     ("serial", "string", "with `serve`: a real serial port"),
     ("time", "string", "with `serve`: how time passes, as in real, 8x or instant; real by default"),
     ("flash", "string", "with `serve`: a file that keeps the flash memory"),
-    ("quirks", "object", "quirks of the model that have another value here"),
+    (
+        "quirks",
+        "object",
+        "with `program` or `serve`: quirks of the model that have another value here",
+    ),
     (
         "jobOptions",
         "array",
-        "what else is said about a job, as `vimc4 ncp run` takes it: --no-ref, --lenient, --zero, --wpreg or --drilldef-unit, as in `[\"--zero=100mm,50mm,-60mm\"]`; other files have no such options",
+        "with a `program` that is a job: what else is said about it, as `vimc4 ncp run` takes it: --no-ref, --lenient, --zero, --wpreg or --drilldef-unit, as in `[\"--zero=100mm,50mm,-60mm\"]`; other files have no such options",
     ),
     (
         "cwd",
@@ -112,12 +121,12 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
     (
         "endAtEnd",
         "boolean",
-        "end with the program; if not, it stops at the end, and goes back from there",
+        "with `program` or `recording`: end with it; if not, it stops at the end, and goes back from there",
     ),
     (
         "keepGoing",
         "boolean",
-        "go on sending after an error reply, as software does that ignores it; false by default",
+        "with `program`: go on sending after an error reply, as software does that ignores it; false by default",
     ),
     ("noDebug", "boolean", "ignore all breakpoints"),
     (
@@ -125,24 +134,6 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
         "array",
         "several controllers, each with these attributes and a `name`; what one leaves out is taken from beside it",
     ),
-];
-
-/// The attributes that Visual Studio Code has itself; more begin with two underscores.
-const OF_THE_EDITOR: [&str; 14] = [
-    "type",
-    "request",
-    "console",
-    "debugServer",
-    "internalConsoleOptions",
-    "linux",
-    "osx",
-    "postDebugTask",
-    "preLaunchTask",
-    "presentation",
-    "preRestartTask",
-    "serverReadyAction",
-    "suppressMultipleSessionWarning",
-    "windows",
 ];
 
 /// A controller that is to be debugged.
@@ -162,24 +153,6 @@ pub struct Opened {
     pub live: Option<Box<dyn Live>>,
     /// What to tell the user about it at the beginning; may be empty.
     pub said: String,
-}
-
-/// The attribute that a name is nearly, or in which an option of this name stands, as its description has
-/// it. Dashes and capitals make no difference.
-fn meant(name: &str) -> Option<&'static str> {
-    let plain = |name: &str| name.replace('-', "").to_lowercase();
-    let name = plain(name);
-    let near = |known: &str| osa_distance(&name, &plain(known));
-    let (distance, known) = ATTRIBUTES.map(|(known, ..)| (near(known), known)).into_iter().min()?;
-    let names_option = |about: &str| {
-        let mut words = about.split(|c: char| c != '-' && !c.is_ascii_alphabetic());
-        words.any(|word| word.starts_with("--") && plain(word) == name)
-    };
-    let of_option = ATTRIBUTES.iter().find(|(.., about)| names_option(about));
-    match distance * 3 <= known.len() {
-        true => Some(known),
-        false => of_option.map(|(known, ..)| *known),
-    }
 }
 
 /// Opens what is to be debugged.
@@ -208,18 +181,12 @@ pub trait Open {
 }
 
 impl Configuration {
-    /// What to tell the user of its attributes that mean nothing, each with what is perhaps meant.
-    pub(crate) fn unknown(&self) -> Vec<String> {
-        let own = self.others.keys().map(String::as_str);
-        let own = own.filter(|name| !name.starts_with("__") && !OF_THE_EDITOR.contains(name));
-        let own = own.map(|name| {
-            let right = match meant(name) {
-                Some(meant) => format!("perhaps `{meant}` is meant"),
-                None => format!("there are {}", ATTRIBUTES.map(|(known, ..)| known).join(", ")),
-            };
-            format!("the attribute `{}` means nothing here; {right}", name.escape_debug())
-        });
-        own.chain(self.controllers.iter().flat_map(Configuration::unknown)).collect()
+    /// A refusal that is about one of a list, the controller of this number.
+    pub(crate) fn refuses(&self, number: usize, refusal: Refusal) -> Refusal {
+        Refusal(match &self.name {
+            Some(name) => format!("controller {name}: {refusal}"),
+            None => format!("controller {number} of the list: {refusal}"),
+        })
     }
 
     /// Does something with each controller that is meant, one after the other.
@@ -232,10 +199,6 @@ impl Configuration {
         mut deed: impl FnMut(&Configuration) -> Result<T, Refusal>,
     ) -> Result<Vec<T>, Refusal> {
         let is_list = !self.controllers.is_empty();
-        let which = |number: usize, each: &Configuration| match &each.name {
-            Some(name) => format!("controller {name}: "),
-            None => format!("controller {number} of the list: "),
-        };
         let each = self.each();
         let done = (1..).zip(&each).map(|(number, each)| {
             let done = match each.controllers.is_empty() {
@@ -246,7 +209,7 @@ impl Configuration {
                 )),
             };
             done.map_err(|refusal| match is_list {
-                true if refusal != Refusal::cancelled() => Refusal(which(number, each) + &refusal.0),
+                true if refusal != Refusal::cancelled() => each.refuses(number, refusal),
                 _ => refusal,
             })
         });
@@ -286,67 +249,11 @@ impl Configuration {
                 job_options: own.job_options.or(job_options),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),
+                keep_going: own.keep_going || self.keep_going,
                 controllers: own.controllers,
                 ..self.clone()
             }
         });
         each.collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use serde_json::json;
-
-    use super::*;
-
-    #[test]
-    fn what_means_nothing_is_told_with_what_is_perhaps_meant() {
-        let told = |configuration: Value| -> Vec<String> {
-            let read: Configuration = serde_json::from_value(configuration).expect("attributes");
-            read.unknown()
-        };
-        let mut all =
-            json!({ "type": "vimc4", "request": "launch", "name": "it", "quirks": { "x": 1 } });
-        for of_editor in OF_THE_EDITOR.iter().chain(&["__sessionId", "__configurationTarget"]) {
-            all[*of_editor] = json!({});
-        }
-        assert_eq!(told(all), <[&str; 0]>::default());
-        let perhaps = |name: &str, meant: &str| {
-            format!("the attribute `{name}` means nothing here; perhaps `{meant}` is meant")
-        };
-        for (name, meant) in [
-            ("zero", "jobOptions"),
-            ("--zero", "jobOptions"),
-            ("wpreg", "jobOptions"),
-            ("noRef", "jobOptions"),
-            ("no-ref", "jobOptions"),
-            ("lenient", "jobOptions"),
-            ("drilldefUnit", "jobOptions"),
-            ("drilldef-unit", "jobOptions"),
-            ("keep-going", "keepGoing"),
-            ("stopAtEntry", "stopOnEntry"),
-            ("joboptions", "jobOptions"),
-            ("porgram", "program"),
-            ("record", "recording"),
-        ] {
-            let mut configuration = json!({ "type": "vimc4", "program": "a.ncp" });
-            configuration[name] = true.into();
-            assert_eq!(told(configuration), [perhaps(name, meant)]);
-        }
-        for name in ["", "--"] {
-            let told = told(json!({ name: 1 }));
-            assert!(told[0].contains("here; there are program, recording"), "{told:?}");
-        }
-        let controls = told(json!({ "\u{1b}[2J\n": 1 }));
-        assert!(
-            controls[0].starts_with("the attribute `\\u{1b}[2J\\n` means nothing"),
-            "{controls:?}"
-        );
-        let list = json!({ "foo": 1, "controllers": [{ "name": "a", "machin": "mill" }] });
-        let told = told(list);
-        assert!(told[0].ends_with("there are program, recording, model, machine, serve, pty, tcp, serial, \
-            time, flash, quirks, jobOptions, cwd, stopOnEntry, endAtEnd, keepGoing, noDebug, controllers"), "{told:?}");
-        assert_eq!(told[1..], [perhaps("machin", "machine")]);
     }
 }

@@ -59,11 +59,6 @@ impl Open for Doors {
         configuration.with_each(|each| {
             let is_of_file = each.program.is_some() || each.recording.is_some();
             only_files(each)?;
-            if each.program.is_none() {
-                let name = each.recording.as_deref().map(|path| text::name(Path::new(path)));
-                let name = name.unwrap_or_else(|| "what is behind ports".to_owned());
-                job_options(each)?.only_for_jobs(&name).map_err(refused)?;
-            }
             let mut opened = match each.serve {
                 false => open(each, progress)?,
                 true if is_of_file => {
@@ -82,8 +77,7 @@ impl Open for Doors {
     }
 
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
-        runs_already(configuration)?;
-        configuration.with_each(runs_already)?;
+        configuration.with_each(|_| Ok(()))?;
         match &self.served {
             Some(served) => served.attach(configuration, &self.ring),
             None => Err(Refusal::new(
@@ -97,20 +91,6 @@ impl Open for Doors {
         let whole = |path: &str| fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
         one == other || whole(one) == whole(other)
     }
-}
-
-/// Refuses what cannot be said any more of a controller that has been started.
-fn runs_already(configuration: &Configuration) -> Result<(), Refusal> {
-    let options = job_options(configuration)?;
-    options.only_for_jobs("a controller that runs already").map_err(refused)?;
-    let Configuration { model, machine, time, quirks, .. } = configuration;
-    if [model, machine, time].into_iter().any(Option::is_some) || !quirks.is_empty() {
-        return Err(Refusal::new(
-            "a controller that runs already has its own model, machine, time and quirks; leave them out, \
-             or say them where it is started",
-        ));
-    }
-    Ok(())
 }
 
 fn refused(failure: Failure) -> Refusal {
@@ -168,7 +148,7 @@ fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Op
     match (&configuration.program, &configuration.recording) {
         (Some(program), None) => read(configuration, path(program), progress)
             .map(|program| opened(program, configuration.keep_going)),
-        (None, Some(recording)) => of_recording(configuration, &path(recording)),
+        (None, Some(recording)) => of_recording(&path(recording)),
         (Some(_), Some(_)) => Err(Refusal::new("there is a program or a recording, not both")),
         (None, None) => Err(Refusal::new(
             "nothing to debug is named: `program` is a file of commands, a program, a plot or a \
@@ -267,13 +247,7 @@ fn absolute(path: &Path) -> String {
 // --- recordings ---
 
 /// It is read on as somebody comes to its end, and while nothing is asked.
-fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Refusal> {
-    let said_otherwise = [&configuration.model, &configuration.machine];
-    if said_otherwise.into_iter().any(Option::is_some) || !configuration.quirks.is_empty() {
-        return Err(Refusal::new(
-            "a recording has its own model, machine and quirks; `vimc4 replay` plays it into others",
-        ));
-    }
+fn of_recording(path: &Path) -> Result<Opened, Refusal> {
     let opened = history::open(path, Commands::Listed).map_err(refused)?;
     let history::Opened { mut debugger, model, machine, controller, .. } = opened;
     debugger.stay_within(true);

@@ -291,14 +291,18 @@ fn controllers_that_run_already_are_as_they_were_started() {
         whole[attribute] = value;
         let within = editor.refused("attach", json!({ "controllers": [entry] }));
         let words = match attribute {
-            "jobOptions" => "a controller that runs already is no job; --no-ref, ",
+            "jobOptions" => "`jobOptions` belongs to a program and means nothing for a controller ",
             _ => "a controller that runs already has its own model, machine, time and quirks; ",
         };
         assert!(within.starts_with(&format!("controller 2: {words}")), "{within}");
         let whole = editor.refused("attach", whole);
         assert!(whole.starts_with(words), "{whole}");
     }
-    editor.ask("attach", json!({ "controllers": [{ "name": "2" }] }));
+    // What is perhaps meant is not suggested where it is refused.
+    editor.events.clear();
+    editor.ask("attach", json!({ "controllers": [{ "name": "2", "machin": "mill" }] }));
+    let said = editor.event("output")["output"].to_string();
+    assert!(said.contains("`machin` means nothing here; nor would `machine`: "), "{said}");
 }
 
 #[test]

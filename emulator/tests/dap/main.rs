@@ -867,7 +867,9 @@ fn what_is_no_job_has_no_options_of_jobs() {
     ] });
     assert_eq!(refused(named), format!("controller b: {words}"));
     let behind_ports = refused(json!({ "serve": true, "jobOptions": zero }));
-    assert!(behind_ports.starts_with("what is behind ports is no job; "), "{behind_ports}");
+    let belongs =
+        "`jobOptions` belongs to a program and means nothing for a controller behind ports";
+    assert_eq!(behind_ports, format!("{belongs}; leave it out"));
     drop(Editor::at_entry(json!({ "program": list, "machine": "mill", "jobOptions": [] })));
 }
 
@@ -899,6 +901,67 @@ fn an_attribute_that_means_nothing_is_told_also_where_nothing_is_opened() {
         let perhaps = "the attribute `programm` means nothing here; perhaps `program` is meant\n";
         assert_eq!(editor.event("output")["output"], perhaps, "{request}");
     }
+}
+
+/// As the table of the page has it: what is set has an effect.
+#[test]
+fn an_attribute_that_means_nothing_for_what_is_debugged_is_refused() {
+    let (list, recording) = (example("commands.txt"), example("limit.jsonl"));
+    let refused = |request: &str, launch: Value| Editor::new().refused(request, launch);
+    for name in ["pty", "tcp", "time", "flash", "serial"] {
+        let mut launch = json!({ "program": list });
+        launch[name] = "x".into();
+        let words = "belongs to a controller behind ports and means nothing for a program";
+        assert_eq!(refused("launch", launch), format!("`{name}` {words}; leave it out"));
+    }
+    for request in ["launch", "attach"] {
+        let words = "`keepGoing` belongs to a program and means nothing for a recording; ";
+        let kept = refused(request, json!({ "recording": recording, "keepGoing": true }));
+        assert!(kept.starts_with(words), "{request}: {kept}");
+    }
+    let ends = refused("launch", json!({ "serve": true, "endAtEnd": true }));
+    let words = "`endAtEnd` belongs to a program or a recording and means nothing for ";
+    assert!(ends.starts_with(words), "{ends}");
+    // What is false or null is not said.
+    let launch = json!({ "program": list, "pty": null, "serve": false, "stopOnEntry": null });
+    Editor::new().ask("launch", launch);
+    // One of several has its own.
+    let (_folder, wrong) = file("@07\r@0x\r@0P\r");
+    let several = json!({ "controllers": [{ "program": wrong, "keepGoing": true }] });
+    let mut editor = Editor::at_entry(several);
+    assert_eq!(editor.walk("continue")["description"], "The end: everything is done");
+}
+
+/// Where, and what belongs there, in words that are no programmer's.
+#[test]
+fn an_attribute_of_another_type_is_named() {
+    let list = example("commands.txt");
+    for (launch, words) in [
+        (
+            json!({ "program": list, "machine": 5 }),
+            "`machine`: there is the number 5 where a text belongs",
+        ),
+        (
+            json!({ "controllers": ["1"] }),
+            "`controllers[0]`: there is the text \"1\" where an object ",
+        ),
+        (json!([]), "there is a list where an object belongs"),
+    ] {
+        for request in ["launch", "attach"] {
+            let refused = Editor::new().refused(request, launch.clone());
+            let words = format!("the attributes of the configuration: {words}");
+            assert!(refused.starts_with(&words), "{refused}");
+        }
+    }
+    let mut editor = Editor::at_entry(drilling());
+    let refused = editor.refused("restart", "x".into());
+    assert_eq!(
+        refused,
+        "the arguments of restart: there is the text \"x\" where an object belongs"
+    );
+    let start = json!({ "threadId": 1, "startFrame": -1 });
+    let refused = editor.refused("stackTrace", start);
+    assert!(refused.ends_with("there is the number -1 where a whole number from 0 belongs"));
 }
 
 /// That it is for other controllers is said of a job, whatever options it has.
@@ -935,8 +998,8 @@ fn options_of_jobs_that_are_wrong_are_refused_with_what_is_right() {
         (json!(["--zerro=1,2"]), "'--zerro'"),
         (json!(["--zero=1,2,foo"]), "\"foo\" is not a coordinate of Z"),
         (json!(["--yes"]), "--no-ref, --lenient, --zero"),
-        (json!([5]), "expected a string"),
-        (json!("--lenient"), "expected a sequence"),
+        (json!([5]), "`jobOptions[0]`: there is the number 5 where a text belongs"),
+        (json!("--lenient"), "`jobOptions`: there is the text \"--lenient\" where a list belongs"),
     ] {
         let launch = json!({ "program": job, "machine": "mill", "jobOptions": options });
         let refused = Editor::new().refused("launch", launch);
@@ -1195,7 +1258,7 @@ fn quirks_are_as_profiles_have_them() {
     Editor::at_entry(configuration.clone());
     configuration["quirks"] = json!({ "lost_steps": [1] });
     let refused = Editor::new().refused("launch", configuration);
-    assert!(refused.contains("quirks: the value of lost_steps"), "{refused}");
+    assert!(refused.contains("`quirks`: the value of lost_steps"), "{refused}");
 }
 
 // --- several controllers, and recordings ---
@@ -1272,10 +1335,14 @@ fn a_refusal_names_the_controller_of_the_list() {
     let unnamed = refused(json!([{ "program": plot }]));
     assert!(unnamed.starts_with("controller 1 of the list: "), "{unnamed}");
     // What stands beside the list is for those that have none of their own, and a recording has.
+    let recording = json!({ "name": "before", "recording": example("limit.jsonl") });
     drop(Editor::at_entry(json!({
         "machine": "mill", "quirks": {},
-        "controllers": [{ "name": "before", "recording": example("limit.jsonl") }],
+        "controllers": [recording, { "program": example("commands.txt") }],
     })));
+    let alone = json!({ "machine": "mill", "controllers": [recording] });
+    let alone = Editor::new().refused("launch", alone);
+    assert!(alone.starts_with("a recording has its own model, machine and quirks; "), "{alone}");
 }
 
 #[test]
