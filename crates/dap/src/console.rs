@@ -210,7 +210,8 @@ fn set(debugger: &mut Debugger, path: &str, text: &str) -> Answered {
     let signal = signal.ok_or_else(|| Refusal(format!("there is no signal {name}")))?;
     let value = signal.value_of(text).ok_or_else(|| {
         let values = signal.values();
-        Refusal(format!("{name} is {} to {}, and not {text}", values.start(), values.end()))
+        let there = if text.is_empty() { "nothing" } else { text };
+        Refusal(format!("{name} is {} to {}, and not {there}", values.start(), values.end()))
     })?;
     debugger.give(Input::Signal(signal.id, value));
     DONE

@@ -41,7 +41,9 @@ impl Session {
     fn asked(&mut self, request: &Request, progress: &mut Progress<'_>) -> Answered {
         let row = Row::named(&request.command)
             .ok_or_else(|| Refusal(format!("there is no request {}", request.command)))?;
-        if self.stage == Stage::Silent && row.ask != Ask::Initialize {
+        // Who is about to leave needs no introduction.
+        let is_first = matches!(row.ask, Ask::Initialize | Ask::Disconnect);
+        if self.stage == Stage::Silent && !is_first {
             return Err(Refusal::new("initialize comes first"));
         }
         let done = match row.ask {

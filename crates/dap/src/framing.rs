@@ -51,8 +51,8 @@ pub struct Decoder {
 
 #[derive(Clone, Debug)]
 enum Within {
-    /// In a header: the line so far, and the length that an earlier line gave.
-    Header { line: Vec<u8>, length: Option<u64> },
+    /// In a header: the line so far, and the length that earlier lines gave, if they agree on one.
+    Header { line: Vec<u8>, length: Option<Option<u64>> },
     /// In a message: what has come, and how much is still to come.
     Message { bytes: Vec<u8>, left: u64 },
     /// In a message that is skipped.
@@ -101,10 +101,14 @@ impl Decoder {
                     let whole = std::mem::take(line);
                     let whole = whole.trim_ascii();
                     if !whole.is_empty() {
-                        *length = said(whole).or(*length);
+                        if let Some(said) = said(whole) {
+                            *length = Some(said.filter(|_| length.is_none_or(|own| own == said)));
+                        }
                         continue;
                     }
-                    let Some(left) = length.take() else { return Ok(Some(Frame::NoLength)) };
+                    let Some(left) = length.take().flatten() else {
+                        return Ok(Some(Frame::NoLength));
+                    };
                     if left > self.largest {
                         // Said now: it may never come.
                         self.within = Within::Skipped { left };
@@ -143,12 +147,15 @@ fn take<'b>(bytes: &mut &'b [u8], left: &mut u64) -> &'b [u8] {
     taken
 }
 
-/// The length that a line of a header says.
-fn said(line: &[u8]) -> Option<u64> {
+/// The length that a line of a header says; if it is about that and says none, nothing within.
+fn said(line: &[u8]) -> Option<Option<u64>> {
     let line = String::from_utf8_lossy(line);
     let (name, value) = line.split_once(':')?;
     let is_length = name.trim_end().eq_ignore_ascii_case("Content-Length");
-    is_length.then(|| value.trim().parse().ok()).flatten()
+    let value = value.trim();
+    // A sign is no digit.
+    let is_number = value.bytes().all(|byte| byte.is_ascii_digit());
+    is_length.then(|| value.parse().ok().filter(|_| is_number))
 }
 
 /// A message with its header.
@@ -182,6 +189,10 @@ mod tests {
             "content-length : 3\nContent-Type: x\n\ntwo".to_owned(),
             "Content-Type: x\r\n\r\n".to_owned(),
             "Content-Length: -5\r\n\r\n".to_owned(),
+            "Content-Length: +5\r\n\r\n".to_owned(),
+            "Content-Length: 5\r\nContent-Length: 6\r\n\r\n".to_owned(),
+            "Content-Length: 5\r\nContent-Length: x\r\n\r\n".to_owned(),
+            "Content-Length: 2\r\nContent-Length: 2\r\n\r\nag".to_owned(),
             framed(&long),
             "\r\n".to_owned(),
             framed(""),
@@ -198,6 +209,10 @@ mod tests {
                     message("two"),
                     Frame::NoLength,
                     Frame::NoLength,
+                    Frame::NoLength,
+                    Frame::NoLength,
+                    Frame::NoLength,
+                    message("ag"),
                     Frame::TooLong,
                     Frame::NoLength,
                     message(""),

@@ -77,7 +77,7 @@ impl Incoming {
         let bytes = match frame {
             Frame::Message(bytes) => bytes,
             Frame::NoLength => {
-                let text = "a message begins with a line Content-Length: N and an empty line";
+                let text = "a message begins with one line Content-Length: N, in digits, and an empty line";
                 return unreadable(0, String::new(), text.to_owned());
             }
             Frame::TooLong => {

@@ -201,7 +201,12 @@ impl Session {
         let held = self.resting(thread as i64 + 1)?;
         let whole = held.debugger().variable(&path).map_err(Refusal::new)?;
         let part = whole.children().into_iter().find(|part| part.name == name);
-        let part = part.ok_or_else(|| Refusal(format!("there is no {name} in {path}")))?;
+        let part = part.ok_or_else(|| {
+            Refusal(match path.as_str() {
+                "" => format!("there is no {name} there"),
+                path => format!("there is no {name} in {path}"),
+            })
+        })?;
         Ok((thread, part.path))
     }
 }

@@ -24,6 +24,16 @@ pub enum Remedy {
 /// What is said where somebody has had enough before it was done, which is nobody's mistake.
 pub const CANCELLED: &str = "cancelled";
 
+/// A text in one line, shortened to a readable length.
+pub(crate) fn shortened(text: String) -> String {
+    /// How many characters are shown.
+    const SHOWN: usize = 120;
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text,
+    }
+}
+
 /// For those who type lines.
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -35,9 +45,18 @@ impl fmt::Display for Remedy {
 }
 
 impl DebugError {
-    /// A sentence without its full stop, which begins in lower case.
+    /// A sentence without its full stop, which begins in lower case. What it quotes is shortened.
     pub(crate) fn new(message: impl Into<String>) -> DebugError {
-        DebugError { message: message.into(), remedy: None, failed: false }
+        let message: String = message.into();
+        let parts = message.split('`').enumerate();
+        let parts: Vec<String> = parts
+            .map(
+                |(place, part)| {
+                    if place % 2 == 1 { shortened(part.to_owned()) } else { part.to_owned() }
+                },
+            )
+            .collect();
+        DebugError { message: parts.join("`"), remedy: None, failed: false }
     }
 
     /// Somebody has had enough.

@@ -14,7 +14,8 @@ use vimc4_timeline::Progress;
 use crate::answer::{Answer, Watched, Where};
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options};
 use crate::debugger::Debugger;
-use crate::expression::in_braces;
+use crate::expression::{begins_with_operator, in_braces};
+use crate::field::is_axis;
 use crate::table::{Directive, TABLE};
 use crate::walk::Walk;
 use crate::why::About;
@@ -40,6 +41,10 @@ impl Debugger {
         }
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
+        // An axis may be called like the short form of a command, which takes no operator.
+        if is_axis(self.device(), word) && begins_with_operator(rest) {
+            return Ok(Answer::Value(self.shown(line)?));
+        }
         let Some(directive) = Directive::named(word) else {
             return self.ordered(line, progress);
         };
@@ -283,12 +288,7 @@ impl Debugger {
         let (first, rest) = place.split_once(' ').unwrap_or((place, ""));
         let number = |text: &str| text.trim().parse().ok().and_then(std::num::NonZeroU64::new);
         let stop = match (first, rest) {
-            ("start", "") => {
-                let first = self.history().branches().next().map(|branch| branch.first);
-                let moment = first.unwrap_or_default();
-                let branch = vimc4_timeline::BranchId(0);
-                self.go_to(vimc4_timeline::Place { branch, moment })?
-            }
+            ("start", "") => self.go_to(self.start())?,
             ("end", "") => self.go_to_end(progress),
             ("command", text) => {
                 let number = CommandNumber(number(text).ok_or_else(wrong)?);

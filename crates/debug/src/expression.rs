@@ -110,6 +110,13 @@ impl fmt::Display for Expression {
     }
 }
 
+/// Whether a text can follow a value within an expression.
+pub(crate) fn begins_with_operator(text: &str) -> bool {
+    let word = text.split_whitespace().next().unwrap_or_default();
+    matches!(word, "and" | "or" | "is")
+        || word.starts_with(['+', '-', '*', '/', '%', '<', '>', '=', '!', '&', '|'])
+}
+
 pub(crate) fn is_true(value: &Value) -> bool {
     match value {
         Value::Null => false,

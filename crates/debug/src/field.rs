@@ -7,6 +7,7 @@ use vimc4_catalogue::{Controller, State};
 use vimc4_device::{AXES, Device, Time};
 
 use crate::DebugError;
+use crate::error::shortened;
 
 /// The name of the state in the tree: everything that decides what the controller will do.
 const STATE: &str = "state";
@@ -73,16 +74,6 @@ impl Variable {
             Value::Null => "none".to_owned(),
             value => value.to_string(),
         })
-    }
-}
-
-/// A text in one line, shortened to a readable length.
-pub(crate) fn shortened(text: String) -> String {
-    /// How many characters are shown.
-    const SHOWN: usize = 120;
-    match text.char_indices().nth(SHOWN) {
-        Some((end, _)) => format!("{} …", &text[..end]),
-        None => text,
     }
 }
 
@@ -373,7 +364,8 @@ fn state_tree(state: &State) -> Value {
     }
 }
 
-fn is_axis(device: &Controller, name: &str) -> bool {
+/// Whether an axis has this name.
+pub(crate) fn is_axis(device: &Controller, name: &str) -> bool {
     let axes = device.view(device.now()).axes;
     axes.iter().any(|axis| axis.name.eq_ignore_ascii_case(name))
 }

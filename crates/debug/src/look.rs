@@ -8,7 +8,7 @@ use vimc4_device::{CommandNumber, Device, Event, Kinds, Path, Stamp, Time, escap
 use vimc4_timeline::Place;
 
 use crate::debugger::Debugger;
-use crate::field::shortened;
+use crate::error::shortened;
 use crate::stop::{Executing, FileLine, time};
 use crate::{Breakpoint, BreakpointId, Trigger};
 

@@ -168,7 +168,23 @@ impl Debugger {
             notes.append(&mut beyond);
             return self.stopped_after(why, notes, problems);
         }
-        self.stopped_after(Reason::Step(unit), notes, problems)
+        // Before the first step nothing is left to go back to.
+        let why = match way == Way::Back && self.is_at_start() {
+            true => Reason::Beginning,
+            false => Reason::Step(unit),
+        };
+        self.stopped_after(why, notes, problems)
+    }
+
+    /// Whether nothing has happened before.
+    fn is_at_start(&self) -> bool {
+        self.place().moment == self.start().moment
+    }
+
+    /// Where everything begins.
+    pub(crate) fn start(&self) -> Place {
+        let first = self.history().branches().next().map(|branch| branch.first);
+        Place { branch: BranchId(0), moment: first.unwrap_or_default() }
     }
 
     /// Goes on, forward or back, to the next breakpoint. Going forward ends at the given time at

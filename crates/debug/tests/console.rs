@@ -782,3 +782,19 @@ fn a_search_that_finds_nothing_changes_nothing() {
     // A command that is still on its way can be gone to.
     run(&mut debugger, &["send @0P", "goto command 3", "assert x = 1000"]);
 }
+
+/// `x` alone is `quit`, which nothing follows.
+#[test]
+fn an_axis_before_an_operator_is_an_expression() {
+    let mut debugger = moved();
+    for (line, told) in [("x + 1", "1"), ("x is 5", "false"), ("y = 0 and x < 5", "true")] {
+        assert_eq!(said(&mut debugger, line), told, "{line}");
+    }
+    for line in ["x >", "y +", "z !="] {
+        let wrong = wrong(&mut debugger, line).to_string();
+        assert!(wrong.ends_with("is missing at the end"), "{line}: {wrong}");
+    }
+    assert!(wrong(&mut debugger, "x now").to_string().contains("nothing follows `quit`"));
+    let long = format!("x now {}", "and ".repeat(10_000));
+    assert!(wrong(&mut debugger, &long).to_string().len() < 300);
+}

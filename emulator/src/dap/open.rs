@@ -111,6 +111,9 @@ fn only_files(configuration: &Configuration) -> Result<(), Refusal> {
             Some(folder) if !is_name => Path::new(folder).join(name),
             _ => PathBuf::from(name),
         };
+        if name.is_empty() {
+            return Err(Refusal(format!("`{attribute}` is empty; name a file, or leave it out")));
+        }
         let wrong = match name == "-" || is_input(&path) {
             true => Err("the adapter reads its client's messages from there"),
             false => file::is_regular(&path),

@@ -964,6 +964,53 @@ fn an_attribute_of_another_type_is_named() {
     assert!(refused.ends_with("there is the number -1 where a whole number from 0 belongs"));
 }
 
+/// Before the first line there is nothing, and the beginning is told of at once.
+#[test]
+fn the_first_step_back_from_the_first_line_is_at_the_beginning() {
+    for granularity in ["statement", "line", "instruction"] {
+        let mut editor = Editor::at_entry(drilling());
+        for _ in 0..2 {
+            let stop = editor.steps("stepBack", granularity);
+            assert_eq!(stop["description"], "The beginning", "{granularity}");
+        }
+        editor.walk("next");
+        assert_eq!(editor.stack()[0].1, "@07");
+    }
+}
+
+/// Also where an axis has the name of a command.
+#[test]
+fn an_expression_that_is_not_finished_is_told_as_one() {
+    let mut editor = Editor::at_entry(drilling());
+    for text in ["x >", "x > 5 and", "y +", "z <"] {
+        let [console, watch] = ["repl", "watch"].map(|context| {
+            editor.refused("evaluate", json!({ "expression": text, "context": context }))
+        });
+        assert_eq!(console, watch, "{text}");
+        assert!(console.ends_with("is missing at the end"), "{console}");
+    }
+    let long = format!("x {}", "+ ".repeat(50_000));
+    let told = editor.refused("evaluate", json!({ "expression": long, "context": "repl" }));
+    assert!(told.len() < 500, "{}", told.len());
+    let word = "q".repeat(100_000);
+    for context in ["repl", "watch"] {
+        let told = editor.refused("evaluate", json!({ "expression": word, "context": context }));
+        assert!(told.len() < 1_000, "{context}: {}", told.len());
+    }
+}
+
+#[test]
+fn what_is_empty_is_told_as_empty() {
+    let refused = Editor::new().refused("launch", json!({ "program": "" }));
+    assert_eq!(refused, "`program` is empty; name a file, or leave it out");
+    let mut editor = Editor::at_entry(drilling());
+    let controller = editor.scope("Controller");
+    let set = json!({ "variablesReference": controller, "name": "nope", "value": "1" });
+    assert_eq!(editor.refused("setVariable", set), "there is no nope there");
+    let set = json!({ "expression": "signals.cover", "value": "" });
+    assert!(editor.refused("setExpression", set).ends_with(", and not nothing"));
+}
+
 /// That it is for other controllers is said of a job, whatever options it has.
 #[test]
 fn a_job_for_other_controllers_is_told_as_one_with_options_too() {
@@ -1564,6 +1611,7 @@ fn clients_come_and_go_at_a_port() {
 fn nothing_bad_is_left_without_an_answer() {
     let mut editor = Editor::silent();
     assert_eq!(editor.refused("threads", json!({})), "initialize comes first");
+    Editor::silent().disconnect();
     assert!(editor.refused("initialize", json!({ "pathFormat": "uri" })).contains("uri"));
     editor.ask("initialize", json!({}));
     assert_eq!(editor.refused("initialize", json!({})), "initialize comes only once");
