@@ -144,7 +144,7 @@ impl Point {
 /// A command by its name or what its line begins with; else any condition.
 fn command(name: &str, debugger: &Debugger) -> Result<Trigger, String> {
     let name = name.trim();
-    let trigger = match debugger.read_trigger(&format!("command {name}")) {
+    let trigger = match debugger.command_trigger(name) {
         Ok(trigger) if !name.is_empty() => return Ok(trigger),
         Ok(_) => return Err("the name of a command is missing, such as @0A".to_owned()),
         Err(error) => error,

@@ -327,6 +327,26 @@ impl Debugger {
         }
     }
 
+    /// The names of a built-in model, with what can happen there at all.
+    fn names_of_model(&self) -> Option<Names> {
+        let model = vimc4_catalogue::model(&self.device().view(self.now()).model).ok()?;
+        Some(model.names(self.device().signals()))
+    }
+
+    /// A trigger for a command that begins so. The commands of built-in models are known; one of a model of
+    /// the user's own can be any.
+    ///
+    /// # Errors
+    ///
+    /// If the text is wrong, or the model has no such command; with those it has.
+    pub fn command_trigger(&self, begins: &str) -> Result<Trigger, DebugError> {
+        let text = format!("command {begins}");
+        match self.names_of_model().map(|names| names.read(&text)) {
+            Some(Err(error)) => Err(DebugError::new(error.to_string())),
+            Some(Ok(_)) | None => self.read_trigger(&text),
+        }
+    }
+
     /// The replies that are this error. The errors of built-in models are known; one of a model of the
     /// user's own can be any word.
     ///
@@ -334,9 +354,7 @@ impl Debugger {
     ///
     /// What would be right, if the model has no such error.
     pub fn error(&self, code: &str) -> Result<Condition, String> {
-        let model = vimc4_catalogue::model(&self.device().view(self.now()).model);
-        if let Ok(model) = model {
-            let names = model.names(self.device().signals());
+        if let Some(names) = self.names_of_model() {
             return names.error(Some(code)).map_err(|error| error.right().to_owned());
         }
         match !code.is_empty() && code.chars().all(|c| c.is_ascii_alphanumeric()) {

@@ -999,6 +999,19 @@ fn an_expression_that_is_not_finished_is_told_as_one() {
     }
 }
 
+/// A plotter's command never comes to a controller of isel's.
+#[test]
+fn a_command_that_the_model_has_not_is_no_function_breakpoint() {
+    let mut editor = Editor::at_entry(drilling());
+    let names = ["PA", "@0A", "@A", "@0P", "x > 5"].map(|name| json!({ "name": name }));
+    let set = editor.ask("setFunctionBreakpoints", json!({ "breakpoints": names }));
+    let set = set["breakpoints"].as_array().unwrap();
+    let verified: Vec<bool> = set.iter().map(|own| own["verified"] == true).collect();
+    assert_eq!(verified, [false, true, true, true, true], "{set:?}");
+    let why = text(&set[0]["message"]);
+    assert!(why.contains("what a command begins with: "), "{why}");
+}
+
 #[test]
 fn what_is_empty_is_told_as_empty() {
     let refused = Editor::new().refused("launch", json!({ "program": "" }));
