@@ -3,6 +3,7 @@
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use vimc4_debug::in_words;
 
 /// Reads what is called so, such as `the arguments of next`.
 ///
@@ -38,56 +39,15 @@ fn leave_out_nulls(value: &mut Value) {
 
 /// An error of serde in words that people know; one of ours has them already.
 fn told(path: &str, error: &str) -> String {
-    if let Some(name) = error.strip_prefix("missing field ") {
-        return format!("{name} is missing");
+    let told = in_words(error);
+    // What is meant by a list of names.
+    match path.starts_with("controllers[") && told.ends_with(" an object belongs") {
+        true => told.replace(
+            "an object belongs",
+            "an object with attributes, as in `{ \"name\": \"1\" }`, belongs",
+        ),
+        false => told,
     }
-    let parts = error.strip_prefix("invalid type: ").or(error.strip_prefix("invalid value: "));
-    match parts.and_then(|parts| parts.rsplit_once(", expected ")) {
-        Some((found, expected)) => {
-            format!("there is {} where {} belongs", found_in_words(found), wanted(path, expected))
-        }
-        None => error.to_owned(),
-    }
-}
-
-/// So many characters of a text are shown.
-const SHOWN: usize = 40;
-
-fn found_in_words(found: &str) -> String {
-    match found.split_once(' ') {
-        Some(("integer", number)) => format!("the number {}", number.trim_matches('`')),
-        Some(("floating", number)) => {
-            format!("the number {}", number.trim_start_matches("point ").trim_matches('`'))
-        }
-        Some(("boolean", value)) => value.trim_matches('`').to_owned(),
-        Some(("string", text)) if text.chars().count() > SHOWN => {
-            let shown: String = text.chars().take(SHOWN).collect();
-            format!("the text {shown}…\"")
-        }
-        Some(("string", text)) => format!("the text {text}"),
-        _ => match found {
-            "sequence" => "a list".to_owned(),
-            "map" => "an object".to_owned(),
-            other => other.to_owned(),
-        },
-    }
-}
-
-fn wanted(path: &str, expected: &str) -> String {
-    let words = match expected {
-        "a string" => "a text",
-        "a boolean" => "true or false",
-        "i64" => "a whole number",
-        "usize" | "u64" | "u32" => "a whole number from 0",
-        "a sequence" => "a list",
-        // What is meant by a list of names.
-        "struct Configuration" if path.starts_with("controllers[") => {
-            "an object with attributes, as in `{ \"name\": \"1\" }`,"
-        }
-        object if object == "a map" || object.starts_with("struct ") => "an object",
-        other => other,
-    };
-    words.to_owned()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use vimc4_device::{AXES, Device, Time};
 
 use crate::DebugError;
 use crate::error::shortened;
+use crate::types::in_words;
 
 /// The name of the state in the tree: everything that decides what the controller will do.
 const STATE: &str = "state";
@@ -282,7 +283,8 @@ impl Field {
             *here.ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))? = value;
             let tree = Map::from_iter([(family.name().to_owned(), tree.clone())]);
             let state: State = serde_json::from_value(Value::Object(tree)).map_err(|error| {
-                DebugError::new(format!("`{}` cannot be that: {error}", self.text))
+                let why = in_words(&error.to_string());
+                DebugError::new(format!("`{}` cannot be that: {why}", self.text))
             })?;
             let mut put = device.clone();
             put.restore(state.clone());

@@ -1013,7 +1013,7 @@ fn a_command_that_the_model_has_not_is_no_function_breakpoint() {
 }
 
 #[test]
-fn what_is_empty_is_told_as_empty() {
+fn a_value_that_cannot_be_is_told_in_words() {
     let refused = Editor::new().refused("launch", json!({ "program": "" }));
     assert_eq!(refused, "`program` is empty; name a file, or leave it out");
     let mut editor = Editor::at_entry(drilling());
@@ -1022,6 +1022,12 @@ fn what_is_empty_is_told_as_empty() {
     assert_eq!(editor.refused("setVariable", set), "there is no nope there");
     let set = json!({ "expression": "signals.cover", "value": "" });
     assert!(editor.refused("setExpression", set).ends_with(", and not nothing"));
+    for (expression, belongs) in [("x", "a whole number"), ("state.position", "a list of 6")] {
+        let set = json!({ "expression": expression, "value": "abc" });
+        let words = format!("there is the text \"abc\" where {belongs} belongs");
+        let refused = editor.refused("setExpression", set);
+        assert_eq!(refused, format!("`{expression}` cannot be that: {words}"));
+    }
 }
 
 /// That it is for other controllers is said of a job, whatever options it has.
