@@ -367,12 +367,13 @@ impl Live {
     }
 
     /// Puts the controller into the state that the debugger looks at, if it is in another.
-    fn put_state(&self, debugger: &Debugger) -> Result<(), Failed> {
+    fn put_state(&self, debugger: &mut Debugger) -> Result<(), Failed> {
         let state = debugger.line().state();
-        if self.state()? == state {
-            return Ok(());
+        if self.state()? != state {
+            self.control.put(state).wait().map_err(failed)?;
+            debugger.history_mut().leave(self.place);
         }
-        self.control.put(state).wait().map_err(failed)
+        Ok(())
     }
 
     /// What the console itself has done is in the history already.
@@ -675,6 +676,7 @@ pub(crate) fn follow(debugger: &mut Debugger, report: &Report) {
         }
         What::State { by: Some(by), state: written } => {
             history.run_to(report.at);
+            history.leave(history.present());
             if let Some(state) = state(written) {
                 history.put_back(format!("put back by {by}"), state);
             }

@@ -675,6 +675,53 @@ fn remedies_can_be_followed() -> Outcome {
 }
 
 /// The past is whole: it has the time that has only passed, before a step and before somebody went back.
+fn an_entry_is_shown_where_it_happened_and_not_where_it_happened_alike() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (_serve, _, address) = serve(folder.path(), &["--time", "100x", "--web"]);
+    let ask = |method: &str, path: &str, body: Value| request(&address, method, path, &body);
+    let does = |method: &str, path: &str, body: Value| {
+        let (status, said) = ask(method, path, body);
+        assert_eq!(status, 200, "{path}: {said}");
+        said
+    };
+    let until = |condition: &str| {
+        does("POST", "/clock/run-until", json!({ "condition": condition }));
+    };
+    does("POST", "/line", json!({ "send": "@07\r@0A500000,5000,0,900,0,900,0,900\r" }));
+    until("x > 1000");
+    does("POST", "/clock/pause", json!({}));
+    does("POST", "/snapshots", json!({ "name": "a" }));
+    // STOP twice at the same moment, with the probe and without.
+    for (method, path, body) in [
+        ("PUT", "/signals/probe", json!({ "value": 1 })),
+        ("POST", "/snapshots/1/restore", json!({})),
+    ] {
+        does(method, path, body);
+        does("POST", "/orders", json!({ "order": "press stop" }));
+        does("POST", "/clock/resume", json!({}));
+        until("idle");
+        does("POST", "/clock/pause", json!({}));
+    }
+    let entries = ask("GET", "/journal", Value::Null).1["entries"].clone();
+    let entries = entries.as_array().ok_or("no entries")?;
+    let is_put_back = |entry: &&Value| entry["about"]["deed"] == "restore";
+    let back = entries.iter().find(is_put_back).ok_or("nothing was put back")?["number"].as_u64();
+    let begin = entries.iter().find(|entry| entry["motion"] == "begins").ok_or("no motion")?;
+    let begin = begin["number"].as_u64();
+    for looked_at in [0, 1] {
+        let of: Vec<_> = entries.iter().filter(|entry| entry["number"].as_u64() > begin).collect();
+        assert!(of.iter().any(|entry| entry["kind"] == "warning"), "{entries:?}");
+        for entry in of {
+            does("POST", "/history/go", json!({ "branch": looked_at }));
+            let number = entry["number"].as_u64();
+            let there = does("POST", "/history/go", json!({ "entry": number }));
+            assert_eq!(there["at"], entry["at"], "{entry} {there}");
+            assert_eq!(there["branch"], json!(u8::from(number > back)), "{entry}");
+        }
+    }
+    Ok(())
+}
+
 fn the_past_has_all_that_was_lived() -> Outcome {
     let folder = tempfile::tempdir()?;
     let (_serve, _, address) = serve(folder.path(), &["--time", "10x", "--web"]);
@@ -1027,6 +1074,11 @@ fn main() -> ExitCode {
             "the_past_is_looked_at_branches_and_is_taken_over",
             "",
             the_past_is_looked_at_branches_and_is_taken_over,
+        ),
+        trial(
+            "an_entry_is_shown_where_it_happened_and_not_where_it_happened_alike",
+            "",
+            an_entry_is_shown_where_it_happened_and_not_where_it_happened_alike,
         ),
         trial("the_past_has_all_that_was_lived", "", the_past_has_all_that_was_lived),
         trial(

@@ -9,8 +9,8 @@ use vimc4_catalogue::Controller;
 use vimc4_control::{Deed, News, Report, Sink, What};
 use vimc4_debug::{CANCELLED, DebugError, Debugger, Directive, Remedy, Wired};
 use vimc4_device::{
-    CommandNumber, Device, Input, Names, Order, Output, OwnedInput, SignalKind, Time, escape,
-    show_nanos,
+    CommandNumber, Device, Event, Input, Names, Order, Output, OwnedInput, SignalKind, Time,
+    escape, show_nanos,
 };
 use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};
 
@@ -75,8 +75,10 @@ pub enum Goal {
 pub struct Entry {
     number: u64,
     at: Time,
-    /// What the controller told next to it, by which its branch is known: news have none of their own.
-    told: Option<Report>,
+    /// How often the controller was put elsewhere since.
+    left: usize,
+    /// What the controller told next to it, by which its moment is known: news have none of their own.
+    told: Option<Box<Report>>,
 }
 
 impl Entry {
@@ -86,54 +88,57 @@ impl Entry {
     ///
     /// If it is not kept.
     fn of(number: u64, feed: &Feed) -> Result<Entry, String> {
-        let part = feed.after(0, usize::MAX);
-        let place = part.items.iter().position(|item| item.number == number);
-        let place = place.ok_or_else(|| {
-            format!("no entry has the number {number}; the journal has those that are kept")
-        })?;
-        // Behind a restoration the controller is elsewhere.
-        let is_restored = |item: &&Arc<Item>| {
+        let items = feed.after(0, usize::MAX).items;
+        let place = items.iter().position(|item| item.number == number);
+        let split = place.and_then(|place| items.split_at_checked(place));
+        let (before, own, onwards) = split
+            .and_then(|(before, onwards)| Some((before, onwards.first()?, onwards)))
+            .ok_or_else(|| {
+                format!("no entry has the number {number}; the journal has those that are kept")
+            })?;
+        let leaves = |item: &&Arc<Item>| {
             matches!(item.report.news(), Some(News::Deed { deed: Deed::Restore, .. }))
         };
-        let own = part.items.get(place);
-        let after = part.items[place..].iter().take_while(|item| !is_restored(item));
-        let before = part.items[..place].iter().rev().take_while(|item| !is_restored(item));
-        let mut near = own.into_iter().chain(after).chain(before);
-        let told = near.find(|item| item.report.event().is_some());
-        let told = told.map(|item| item.report.clone());
-        Ok(Entry { number, at: part.items[place].report.at, told })
+        let next = onwards.iter().take_while(|item| !leaves(item));
+        let mut near = next.chain(before.iter().rev().take_while(|item| !leaves(item)));
+        // A warning may be of the host, of which the controller knows nothing.
+        let told = near.find(|item| {
+            item.report.event().is_some_and(|event| !matches!(event, Event::Warning(_)))
+        });
+        Ok(Entry {
+            number,
+            at: own.report.at,
+            left: onwards.iter().filter(leaves).count(),
+            told: told.map(|item| Box::new(item.report.clone())),
+        })
     }
 
-    /// Where it happened: on the way that is looked at, if it did there, or else on another branch.
-    fn branch(&self, history: &mut History<Wired>) -> Option<BranchId> {
+    /// Where it happened: on the way that is looked at, if it did there, or else on the branch on which the
+    /// controller itself was, which is at `live` now; `None` if that is not known any more.
+    fn branch(&self, history: &mut History<Wired>, live: Place) -> Option<BranchId> {
+        let mut places = std::iter::once(&live).chain(history.left().iter().rev());
+        let branch = places.nth(self.left)?.branch;
         let heading = history.heading();
-        let branches: Vec<_> = history.branches().collect();
-        let end = branches.iter().find(|own| own.id == heading)?.end;
-        let way = way(history, Place { branch: heading, moment: end });
-        let Some(told) = &self.told else { return Some(heading) };
-        let of = branches.iter().rev().filter(|own| (own.first.at..=own.end.at).contains(&told.at));
-        let found = of.filter_map(|own| {
-            let place = tells(history, own, told)?;
-            let is_on = |on: &Place| {
-                on.branch == place.branch && place.moment <= on.moment && self.at <= on.moment.at
-            };
-            Some(if way.iter().any(is_on) { heading } else { own.id })
+        let end = |of| history.branches().find(|own| own.id == of).map(|own| own.end);
+        let way = way(history, Place { branch: heading, moment: end(heading)? });
+        let place = self.told.as_ref().and_then(|told| tells(history, branch, told));
+        let is_there = place.is_some_and(|place| {
+            let is_on = |on: &Place| on.branch == place.branch && place.moment <= on.moment;
+            way.iter().any(|on| is_on(on) && self.at <= on.moment.at)
         });
-        let found: Vec<_> = found.collect();
-        // What has led to the first moment is not kept, and every way begins there.
-        let is_first = branches.first().is_some_and(|trunk| told.at <= trunk.first.at);
-        let branch = found.iter().find(|own| **own == heading).or(found.first()).copied();
-        branch.or(is_first.then_some(heading))
+        Some(if is_there { heading } else { branch })
     }
 }
 
-/// Where on a branch the controller tells something.
-fn tells(history: &mut History<Wired>, branch: &Branch, told: &Report) -> Option<Place> {
-    if told.at == branch.first.at {
-        history.go_to(Place { branch: branch.id, moment: branch.first });
-    } else {
-        history.go_to_end(branch.id);
-        history.go_to_time(Time::from_nanos(told.at.as_nanos() - 1));
+/// Where on the way to the end of a branch the controller tells something.
+fn tells(history: &mut History<Wired>, branch: BranchId, told: &Report) -> Option<Place> {
+    let Branch { parted, first, .. } = history.branches().find(|own| own.id == branch)?;
+    match told.at.as_nanos().checked_sub(1) {
+        Some(before) if parted.is_some() || told.at > first.at => {
+            history.go_to_end(branch);
+            history.go_to_time(Time::from_nanos(before));
+        }
+        _ => _ = history.go_to(Place { branch, moment: first }),
     }
     let is_found = history.find_next(told.at, |_, _, outputs| {
         outputs.iter().filter_map(report).any(|own| own.at == told.at && own.what == told.what)
@@ -381,16 +386,16 @@ pub fn look_at(
     Ok(())
 }
 
-/// Looks at when an entry of the journal happened, on the way that is looked at if it happened there, or
+/// Looks at when an entry of the journal of the controller, which is at `live`, happened: on the way that is looked at if it happened there, or
 /// else on the branch on which it did.
 ///
 /// # Errors
 ///
 /// If the past does not know it any more.
-pub fn look_at_entry(debugger: &mut Debugger, entry: &Entry) -> Result<(), String> {
+pub fn look_at_entry(debugger: &mut Debugger, live: Place, entry: &Entry) -> Result<(), String> {
     let (looked_at, heading) = (debugger.place(), debugger.history().heading());
     let history = debugger.history_mut();
-    let branch = entry.branch(history);
+    let branch = entry.branch(history, live);
     history.go_to_end(heading);
     history.go_back_to(looked_at);
     history.drain();

@@ -18,6 +18,7 @@ use vimc4_device::{
     ScenarioNumber, Stamp, Time,
 };
 use vimc4_journal::Picture;
+use vimc4_timeline::Place;
 
 use crate::kept::{Kept, bare, given, kept, meant};
 use crate::pace::Pace;
@@ -608,14 +609,16 @@ impl Live {
 
     /// Goes on from another state, whose time becomes the present. A pause stays one.
     pub(crate) fn restore(&mut self, moment: u64, by: &Source, state: LineState<State>) {
-        let at = self.now();
+        let left = self.line.debugger.place();
         self.line.restore(state);
-        self.is_elsewhere(at, by);
+        self.is_elsewhere(left, by);
         self.pace.restart(moment, self.now());
     }
 
-    /// Its state is another one than at this time.
-    pub(crate) fn is_elsewhere(&mut self, at: Time, by: &Source) {
+    /// Its state is another one than at this place.
+    pub(crate) fn is_elsewhere(&mut self, left: Place, by: &Source) {
+        self.line.debugger.history_mut().leave(left);
+        let at = left.moment.at;
         self.tell_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
         let state = written(&self.line);
         self.tell(at, What::State { by: Some(by.clone()), state });

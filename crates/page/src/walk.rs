@@ -181,7 +181,7 @@ impl Served {
         self.is_led_to(known);
         self.stays_paused(false);
         if known != live {
-            self.live.is_elsewhere(live.moment.at, &page());
+            self.live.is_elsewhere(live, &page());
         }
         let history = self.debugger().history_mut();
         history.go_to_end(heading);
@@ -205,7 +205,7 @@ impl Served {
             }
             Goal::End(branch) => past::look_at(self.debugger(), Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(self.debugger(), branch, Some(at))?,
-            Goal::Entry(entry) => past::look_at_entry(self.debugger(), &entry)?,
+            Goal::Entry(entry) => past::look_at_entry(self.debugger(), live, &entry)?,
             Goal::Command(number) => {
                 past::look_at_command(self.debugger(), number, &mut patience())?;
             }

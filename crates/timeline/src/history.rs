@@ -56,6 +56,7 @@ pub struct History<D: Device> {
     waypoints: Waypoints<D::State>,
     /// The branches by their numbers. The first is the one that everything began with.
     tracks: Vec<Track<D::State>>,
+    left: Vec<Place>,
     limits: Limits,
 }
 
@@ -156,6 +157,7 @@ impl<D: Device> History<D> {
             outputs,
             waypoints: Waypoints::new(),
             tracks: vec![trunk],
+            left: Vec::new(),
             limits,
         }
     }
@@ -666,6 +668,16 @@ impl<D: Device> History<D> {
         } else if !self.is_at_end() {
             self.fork(format!("from {}", show_nanos(at.as_nanos())), state);
         }
+    }
+
+    /// The device itself was put elsewhere, and has left here.
+    pub fn leave(&mut self, place: Place) {
+        self.left.push(place);
+    }
+
+    /// From where the device itself was put elsewhere, oldest first.
+    pub fn left(&self) -> &[Place] {
+        &self.left
     }
 
     /// Goes to where the device was in a state at a time, on the way to the present or else on another

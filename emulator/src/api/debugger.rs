@@ -56,6 +56,7 @@ fn remembered(mut line: Wired, past: &Past) -> Option<History<Wired>> {
             }
             What::State { by, state: written } => {
                 history.run_to(*at);
+                history.leave(history.present());
                 let by = by.as_ref().map_or_else(String::new, |by| format!(" by {by}"));
                 history.put_back(format!("put back{by}"), state(written)?);
             }
@@ -132,7 +133,10 @@ impl Debugging for Console {
             }
             Goal::End(branch) => past::look_at(&mut self.session.debugger, Some(branch), None)?,
             Goal::At(branch, at) => past::look_at(&mut self.session.debugger, branch, Some(at))?,
-            Goal::Entry(entry) => past::look_at_entry(&mut self.session.debugger, &entry)?,
+            Goal::Entry(entry) => {
+                let live = self.live_place();
+                past::look_at_entry(&mut self.session.debugger, live, &entry)?;
+            }
             Goal::Command(number) => {
                 let Session { debugger, cancel, .. } = &mut self.session;
                 cancel.forget();
