@@ -18,10 +18,21 @@ pub(crate) fn read<T: DeserializeOwned>(called: &str, sent: Value) -> Result<T, 
             sent
         }
     };
-    serde_path_to_error::deserialize(sent).map_err(|error| {
+    // A list would be taken for the values of an object, one after the other.
+    if sent.is_array() {
+        return Err(format!("{called}: there is a list where an object belongs"));
+    }
+    serde_path_to_error::deserialize(&sent).map_err(|error| {
         let path = error.path().to_string();
         let at = if path == "." { String::new() } else { format!(" `{path}`:") };
-        format!("{called}:{at} {}", told(&path, &error.inner().to_string()))
+        let of_empty = || {
+            let mut sent = sent.clone();
+            if let Some(part) = sent.get_mut(&path) {
+                *part = "".into();
+            }
+            T::deserialize(sent).err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        format!("{called}:{at} {}", told(&path, &error.inner().to_string(), of_empty))
     })
 }
 
@@ -38,8 +49,8 @@ fn leave_out_nulls(value: &mut Value) {
 }
 
 /// An error of serde in words that people know; one of ours has them already.
-fn told(path: &str, error: &str) -> String {
-    let told = in_words(error);
+fn told(path: &str, error: &str, of_empty: impl FnOnce() -> String) -> String {
+    let told = in_words(error, of_empty);
     // What is meant by a list of names.
     match path.starts_with("controllers[") && told.ends_with(" an object belongs") {
         true => told.replace(
@@ -55,7 +66,9 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::arguments::{Restart, SetBreakpoints, SetVariable, StackTrace, Step};
+    use crate::arguments::{
+        Restart, SetBreakpoints, SetExceptionBreakpoints, SetVariable, StackTrace, Step,
+    };
     use crate::open::Configuration;
 
     #[test]
@@ -114,6 +127,10 @@ mod tests {
             read::<SetVariable>("this", json!({ "variablesReference": 1 })).map(drop),
             read::<SetBreakpoints>("this", json!({ "source": {}, "breakpoints": [{}] })).map(drop),
             read::<Step>("this", json!({ "threadId": 1, "granularity": "x" })).map(drop),
+            read::<Step>("this", json!({ "threadId": 1, "granularity": 5 })).map(drop),
+            read::<Step>("this", json!([1, "line"])).map(drop),
+            read::<SetBreakpoints>("this", json!([])).map(drop),
+            read::<SetExceptionBreakpoints>("this", json!({ "filterOptions": [[]] })).map(drop),
         ];
         let words = [
             "this: there is the text \"x\" where an object belongs",
@@ -121,7 +138,11 @@ mod tests {
             "this: `variablesReference`: there is the text \"x\" where a whole number belongs",
             "this: `name` is missing",
             "this: `breakpoints[0]`: `line` is missing",
-            "this: `granularity`: unknown variant `x`, expected one of `statement`, `line`, `instruction`",
+            "this: `granularity`: `x` is none of `statement`, `line`, `instruction`",
+            "this: `granularity`: there is the number 5 where one of `statement`, `line`, `instruction` belongs",
+            "this: there is a list where an object belongs",
+            "this: there is a list where an object belongs",
+            "this: `filterOptions[0]`: there is a list where an object belongs",
         ];
         assert_eq!(wrong.map(Result::unwrap_err), words);
     }

@@ -278,12 +278,16 @@ impl Field {
         };
         // The device would change values that it does not accept as they are, such as a number
         // beyond a counter.
-        let mut tried = |value: Value| -> Result<(State, Value), DebugError> {
+        let mut with = |value: Value| -> Result<Result<State, String>, DebugError> {
             let here = of_state.iter().try_fold(&mut tree, |here, key| part_mut(here, key));
             *here.ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))? = value;
             let tree = Map::from_iter([(family.name().to_owned(), tree.clone())]);
-            let state: State = serde_json::from_value(Value::Object(tree)).map_err(|error| {
-                let why = in_words(&error.to_string());
+            Ok(serde_json::from_value(Value::Object(tree)).map_err(|error| error.to_string()))
+        };
+        let mut tried = |value: Value| -> Result<(State, Value), DebugError> {
+            let state = with(value)?.map_err(|error| {
+                let of_empty = || with("".into()).ok().and_then(Result::err).unwrap_or_default();
+                let why = in_words(&error, of_empty);
                 DebugError::new(format!("`{}` cannot be that: {why}", self.text))
             })?;
             let mut put = device.clone();

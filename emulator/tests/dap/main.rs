@@ -1022,12 +1022,29 @@ fn a_value_that_cannot_be_is_told_in_words() {
     assert_eq!(editor.refused("setVariable", set), "there is no nope there");
     let set = json!({ "expression": "signals.cover", "value": "" });
     assert!(editor.refused("setExpression", set).ends_with(", and not nothing"));
-    for (expression, belongs) in [("x", "a whole number"), ("state.position", "a list of 6")] {
+    for (expression, belongs) in [
+        ("x", "a whole number"),
+        ("state.position", "a list of 6"),
+        ("state.outputs", "a whole number from 0"),
+    ] {
         let set = json!({ "expression": expression, "value": "abc" });
         let words = format!("there is the text \"abc\" where {belongs} belongs");
         let refused = editor.refused("setExpression", set);
         assert_eq!(refused, format!("`{expression}` cannot be that: {words}"));
     }
+    for (expression, value, words) in [
+        ("state.activity", "abc", "`abc` is none of `Idle`, "),
+        ("state.activity", "", "an empty text is none of `Idle`, "),
+        ("state.activity", "5", "there is the number 5 where one of `Idle`, "),
+        ("x", "-99999999999999999999", "the number -1e+20 is too large; a whole number from -"),
+    ] {
+        let set = json!({ "expression": expression, "value": value });
+        let refused = editor.refused("setExpression", set);
+        let words = format!("`{expression}` cannot be that: {words}");
+        assert!(refused.starts_with(&words), "{refused}");
+    }
+    let refused = editor.refused("next", json!([1, "line"]));
+    assert_eq!(refused, "the arguments of next: there is a list where an object belongs");
 }
 
 /// That it is for other controllers is said of a job, whatever options it has.
