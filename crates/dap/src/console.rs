@@ -41,15 +41,7 @@ impl Session {
                 // An axis may be called like the short word for a command.
                 answered = Some(match is_axis(debugger, text) {
                     true => value(debugger, text).map(Answer::Value),
-                    false => debugger.execute(text, progress).or_else(|error| {
-                        // Text that is not a command may be an expression.
-                        value(debugger, text).map(Answer::Value).map_err(|wrong| {
-                            match directive.is_none() && is_expression(debugger, text) {
-                                true => wrong,
-                                false => error,
-                            }
-                        })
-                    }),
+                    false => debugger.execute(text, progress),
                 });
             })?;
         let has_moved = held.debugger().place() != place;
@@ -220,12 +212,6 @@ fn set(debugger: &mut Debugger, path: &str, text: &str) -> Answered {
 /// Whether it is the name of an axis, and nothing else.
 fn is_axis(debugger: &Debugger, text: &str) -> bool {
     text.chars().all(char::is_alphanumeric) && debugger.variable(&format!("axes.{text}")).is_ok()
-}
-
-/// Whether it is meant as an expression although it is none: it does not begin as a command does.
-fn is_expression(debugger: &Debugger, text: &str) -> bool {
-    let first = text.split_whitespace().next().unwrap_or_default();
-    !first.chars().all(char::is_alphabetic) || is_axis(debugger, first)
 }
 
 /// A field with its parts, or the value of an expression.

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use strsim::osa_distance;
+use vimc4_catalogue::Controller;
 use vimc4_control::Effect;
 use vimc4_control::order::said;
 use vimc4_device::{
@@ -27,7 +28,8 @@ type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
 const END: &str = "\r";
 
 impl Debugger {
-    /// Carries out a line as typed. An empty line and one that begins with `#` do nothing.
+    /// Carries out a line as typed, or says the value of an expression. An empty line and one that begins
+    /// with `#` do nothing.
     ///
     /// If its walk is cancelled, the [`Stop`] says so.
     ///
@@ -36,6 +38,19 @@ impl Debugger {
     /// What is wrong with the line, and what would be right. Nothing has happened then.
     pub fn execute(&mut self, line: &str, progress: &mut Progress<'_>) -> Result {
         let line = line.trim();
+        self.obey(line, progress).or_else(|error| {
+            // Text that is not a command may be an expression.
+            self.shown(line).map(Answer::Value).map_err(|wrong| {
+                match is_expression(self.device(), line) {
+                    true => wrong,
+                    false => error,
+                }
+            })
+        })
+    }
+
+    /// Carries out a command.
+    fn obey(&mut self, line: &str, progress: &mut Progress<'_>) -> Result {
         if line.is_empty() || line.starts_with('#') {
             return Ok(Answer::Done);
         }
@@ -731,6 +746,13 @@ fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
 /// Whether a verb has no use where nothing runs by itself, or consists of several steps.
 fn is_elsewhere(verb: Verb) -> bool {
     matches!(verb, Verb::Cancel | Verb::Erase)
+}
+
+/// Whether it is meant as an expression although it is none: it does not begin as a command does.
+fn is_expression(device: &Controller, line: &str) -> bool {
+    let first = line.split_whitespace().next().unwrap_or_default();
+    let is_word = first.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
+    Directive::named(first).is_none() && (!is_word || is_axis(device, first))
 }
 
 fn unknown(word: &str) -> DebugError {

@@ -785,6 +785,28 @@ fn a_search_that_finds_nothing_changes_nothing() {
 
 /// `x` alone is `quit`, which nothing follows.
 #[test]
+fn a_line_that_is_an_expression_shows_its_value() {
+    let mut debugger = moved();
+    for (line, value) in [
+        ("x>5", "false"),
+        ("x=0", "true"),
+        ("y=0", "true"),
+        ("x*2", "0"),
+        ("x+7", "7"),
+        ("(x > 5)", "false"),
+        ("not x", "true"),
+        ("1+1", "2"),
+    ] {
+        let shown = said(&mut debugger, line);
+        assert_eq!(shown, said(&mut debugger, &format!("print {line}")), "{line}");
+        assert!(shown.ends_with(value), "{shown}");
+    }
+    assert_eq!(said(&mut debugger, "x.speed"), said(&mut debugger, "print x.speed"));
+    assert!(wrong(&mut debugger, "x>").to_string().ends_with("is missing at the end"));
+    assert!(wrong(&mut debugger, "x-unknown").to_string().contains("is not a command"));
+}
+
+#[test]
 fn an_axis_before_an_operator_is_an_expression() {
     let mut debugger = moved();
     for (line, told) in [("x + 1", "1"), ("x is 5", "false"), ("y = 0 and x < 5", "true")] {
