@@ -51,7 +51,7 @@ pub struct Decoder {
 
 #[derive(Clone, Debug)]
 enum Within {
-    /// In a header: the line so far, and the length that earlier lines gave, if they agree on one.
+    /// In a header: the line so far, and the length that an earlier line gave, if it is the only one.
     Header { line: Vec<u8>, length: Option<Option<u64>> },
     /// In a message: what has come, and how much is still to come.
     Message { bytes: Vec<u8>, left: u64 },
@@ -102,7 +102,7 @@ impl Decoder {
                     let whole = whole.trim_ascii();
                     if !whole.is_empty() {
                         if let Some(said) = said(whole) {
-                            *length = Some(said.filter(|_| length.is_none_or(|own| own == said)));
+                            *length = Some(said.filter(|_| length.is_none()));
                         }
                         continue;
                     }
@@ -192,7 +192,7 @@ mod tests {
             "Content-Length: +5\r\n\r\n".to_owned(),
             "Content-Length: 5\r\nContent-Length: 6\r\n\r\n".to_owned(),
             "Content-Length: 5\r\nContent-Length: x\r\n\r\n".to_owned(),
-            "Content-Length: 2\r\nContent-Length: 2\r\n\r\nag".to_owned(),
+            "Content-Length: 2\r\nContent-Length: 2\r\n\r\n".to_owned(),
             framed(&long),
             "\r\n".to_owned(),
             framed(""),
@@ -212,7 +212,7 @@ mod tests {
                     Frame::NoLength,
                     Frame::NoLength,
                     Frame::NoLength,
-                    message("ag"),
+                    Frame::NoLength,
                     Frame::TooLong,
                     Frame::NoLength,
                     message(""),
