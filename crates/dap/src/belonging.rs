@@ -4,7 +4,7 @@
 use strsim::osa_distance;
 
 use crate::message::Refusal;
-use crate::open::{ATTRIBUTES, Configuration};
+use crate::open::{ATTRIBUTES, Configuration, NO_LIST};
 
 /// What is debugged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +30,19 @@ const BELONGS: [(&str, &[Kind]); 11] = [
     ("keepGoing", &[Kind::Program]),
 ];
 
+/// What chooses what is debugged.
+const CHOOSING: [(&str, Kind); 3] =
+    [("program", Kind::Program), ("recording", Kind::Recording), ("serve", Kind::Ports)];
+
+/// What cannot be attached to.
+pub(crate) const ATTACH_TAKES: &str = "attach takes a recording, or the controllers that run already, and no program; launch \
+     opens a program";
+
 /// Those of a whole session, however many controllers it has.
 const OF_THE_SESSION: [&str; 3] = ["stopOnEntry", "endAtEnd", "noDebug"];
+
+/// What an entry of a list has none of.
+const OF_LISTS: &str = "controllers";
 
 /// Two controllers cannot share it.
 const OF_ONE: &str = "serial";
@@ -90,13 +101,13 @@ impl Kind {
     }
 }
 
-/// The attribute that a name is nearly, or in which an option of this name stands, as its description has
+/// The attribute of these that a name is nearly, or in which an option of this name stands, as its description has
 /// it. Dashes and capitals make no difference.
-fn meant(name: &str) -> Option<&'static str> {
+fn meant(name: &str, names: &[&'static str]) -> Option<&'static str> {
     let plain = |name: &str| name.replace('-', "").to_lowercase();
     let name = plain(name);
     let near = |known: &str| osa_distance(&name, &plain(known));
-    let (distance, known) = ATTRIBUTES.map(|(known, ..)| (near(known), known)).into_iter().min()?;
+    let (distance, known) = names.iter().map(|known| (near(known), *known)).min()?;
     let names_option = |about: &str| {
         let mut words = about.split(|c: char| c != '-' && !c.is_ascii_alphabetic());
         words.any(|word| word.starts_with("--") && plain(word) == name)
@@ -114,9 +125,36 @@ pub(crate) struct Standing {
     kinds: Vec<Kind>,
     is_entry: bool,
     is_list: bool,
+    /// Whether it is to be attached to.
+    is_attached: bool,
 }
 
 impl Standing {
+    /// All attributes that an entry has, or a configuration itself, whose name is the editor's.
+    fn names(&self) -> Vec<&'static str> {
+        let name = self.is_entry.then_some("name");
+        ATTRIBUTES.iter().map(|(name, ..)| *name).chain(name).collect()
+    }
+
+    /// Why an attribute would not be taken there if it were added, if it would not.
+    fn would_refuse(&self, attribute: &str) -> Option<String> {
+        if self.is_entry && attribute == OF_LISTS {
+            return Some(NO_LIST.to_owned());
+        }
+        let Some((_, chosen)) = CHOOSING.iter().find(|(own, _)| *own == attribute) else {
+            return self.refuses(attribute);
+        };
+        if self.is_attached && *chosen != Kind::Recording {
+            return Some(ATTACH_TAKES.to_owned());
+        }
+        let is_other = |kind: &Kind| *kind != Kind::Running && kind != chosen;
+        let is_chosen = !self.kinds.is_empty() && self.kinds.iter().all(is_other);
+        is_chosen.then(|| {
+            let names = CHOOSING.map(|(name, _)| format!("`{name}`")).join(", ");
+            format!("of {names} only one is said, and another is")
+        })
+    }
+
     /// Why an attribute means nothing there, if it does not. Above a list it belongs to one of its
     /// controllers at least.
     pub(crate) fn refuses(&self, attribute: &str) -> Option<String> {
@@ -157,10 +195,12 @@ impl Configuration {
         let is_clear = kinds.iter().all(|kinds| !kinds.is_empty());
         let all = if is_clear { kinds.concat() } else { Vec::new() };
         let is_list = !self.controllers.is_empty();
-        let whole = (self, Standing { kinds: all, is_entry: false, is_list });
+        let whole =
+            (self, Standing { kinds: all, is_entry: false, is_list, is_attached: attaches });
         let within = self.controllers.iter().zip(kinds);
-        let within =
-            within.map(|(own, kinds)| (own, Standing { kinds, is_entry: true, is_list: false }));
+        let within = within.map(|(own, kinds)| {
+            (own, Standing { kinds, is_entry: true, is_list: false, is_attached: attaches })
+        });
         std::iter::once(whole).chain(within).collect()
     }
 
@@ -172,13 +212,15 @@ impl Configuration {
             let names = names.filter(|name| !name.starts_with("__"));
             let names = names.filter(|name| !OF_THE_EDITOR.contains(name));
             let told = names.map(move |name| {
-                let right = match meant(name).map(|meant| (meant, standing.refuses(meant))) {
+                let known = standing.names();
+                let meant = meant(name, &known);
+                let right = match meant.map(|meant| (meant, standing.would_refuse(meant))) {
                     Some((meant, None)) => format!("perhaps `{meant}` is meant"),
                     Some((meant, Some(why))) => format!("nor would `{meant}`: {why}"),
                     None => {
-                        let known = ATTRIBUTES.iter().map(|(known, ..)| *known);
+                        let known = known.into_iter();
                         let known: Vec<&str> =
-                            known.filter(|known| standing.refuses(known).is_none()).collect();
+                            known.filter(|known| standing.would_refuse(known).is_none()).collect();
                         format!("there are {}", known.join(", "))
                     }
                 };
@@ -189,16 +231,39 @@ impl Configuration {
         told.collect()
     }
 
-    /// Refuses attributes that mean nothing where they stand.
+    /// Refuses attributes that mean nothing where they stand, or are empty.
     pub(crate) fn check(&self, attaches: bool) -> Result<(), Refusal> {
         for (number, (own, standing)) in self.standings(attaches).into_iter().enumerate() {
             let refused = own.said().into_iter().find_map(|attribute| standing.refuses(attribute));
-            if let Some(why) = refused {
+            let empty = || {
+                let name = own.empty().find(|name| *name != "name" || standing.is_entry)?;
+                Some(format!("`{name}` is empty; give it a value, or leave it out"))
+            };
+            if let Some(why) = refused.or_else(empty) {
                 let refusal = Refusal(why);
                 return Err(if number == 0 { refusal } else { own.refuses(number, refusal) });
             }
         }
         Ok(())
+    }
+
+    /// The attributes that are an empty text.
+    fn empty(&self) -> impl Iterator<Item = &'static str> {
+        let texts = [
+            ("program", &self.program),
+            ("recording", &self.recording),
+            ("model", &self.model),
+            ("machine", &self.machine),
+            ("pty", &self.pty),
+            ("tcp", &self.tcp),
+            ("serial", &self.serial),
+            ("time", &self.time),
+            ("flash", &self.flash),
+            ("name", &self.name),
+            ("cwd", &self.cwd),
+        ];
+        let empty = texts.into_iter().filter(|(_, text)| text.as_deref() == Some(""));
+        empty.map(|(name, _)| name)
     }
 
     /// The attributes that say something, of those that do not belong everywhere.
@@ -215,7 +280,7 @@ impl Configuration {
             ("jobOptions", self.job_options.as_ref().is_some_and(|options| !options.is_empty())),
             ("stopOnEntry", self.stop_on_entry),
             ("endAtEnd", self.end_at_end),
-            ("keepGoing", self.keep_going),
+            ("keepGoing", self.keep_going == Some(true)),
             ("noDebug", self.no_debug),
         ];
         said.into_iter().filter(|(_, is_said)| *is_said).map(|(name, _)| name).collect()
@@ -330,7 +395,6 @@ mod tests {
             ("stopAtEntry", "stopOnEntry"),
             ("joboptions", "jobOptions"),
             ("porgram", "program"),
-            ("record", "recording"),
         ] {
             let mut configuration = json!({ "type": "vimc4", "program": "a.ncp" });
             configuration[name] = true.into();
@@ -368,7 +432,68 @@ mod tests {
             assert!(told[0].contains(own), "{told:?}");
         }
         let told = told(json!({ "foo": 1 }));
-        let fitting = "there are program, recording, serve, cwd, stopOnEntry, noDebug, controllers";
+        let fitting = "there are recording, cwd, stopOnEntry, noDebug, controllers";
         assert!(told[0].ends_with(fitting), "{told:?}");
+    }
+
+    #[test]
+    fn what_is_suggested_would_be_taken_where_it_stands() {
+        let told = |configuration: Value| -> String {
+            let read: Configuration = serde_json::from_value(configuration).expect("attributes");
+            read.unknown(false).concat()
+        };
+        let one = "of `program`, `recording`, `serve` only one is said, and another is";
+        for (configuration, words) in [
+            (json!({ "record": "b" }), "perhaps `recording` is meant"),
+            (json!({ "program": "a", "recordin": "b" }), &*format!("nor would `recording`: {one}")),
+            (json!({ "program": "a", "serv": true }), &*format!("nor would `serve`: {one}")),
+            (
+                json!({ "controllers": [{ "program": "a", "controller": [] }] }),
+                &*format!("nor would `controllers`: {NO_LIST}"),
+            ),
+            (json!({ "controllers": [{ "program": "a", "nam": "b" }] }), "perhaps `name` is meant"),
+            (
+                json!({ "controllers": [{ "program": "a", "zzz": 1 }] }),
+                "there are program, model, machine, quirks, jobOptions, cwd, keepGoing, name",
+            ),
+            (
+                json!({ "recording": "a", "zzz": 1 }),
+                "there are recording, cwd, stopOnEntry, endAtEnd, noDebug, controllers",
+            ),
+        ] {
+            let told = told(configuration.clone());
+            assert!(told.ends_with(&format!("means nothing here; {words}")), "{told}");
+        }
+    }
+
+    #[test]
+    fn what_is_empty_is_told_as_such() {
+        for name in [
+            "program",
+            "recording",
+            "model",
+            "machine",
+            "pty",
+            "tcp",
+            "serial",
+            "time",
+            "flash",
+            "cwd",
+            "name",
+        ] {
+            let base = match name {
+                "program" | "recording" => json!({}),
+                "model" | "machine" => json!({ "program": "a" }),
+                _ => json!({ "serve": true }),
+            };
+            let words = format!("`{name}` is empty; give it a value, or leave it out");
+            let mut empty = base;
+            empty[name] = "".into();
+            let entry = check(json!({ "controllers": [empty] }), false);
+            assert!(entry.expect_err(name).ends_with(&words), "{name}");
+            // A configuration is called as the editor likes.
+            let own = if name == "name" { Ok(()) } else { Err(words) };
+            assert_eq!(check(empty, false), own);
+        }
     }
 }

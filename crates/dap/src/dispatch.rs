@@ -48,8 +48,8 @@ impl Session {
         }
         let done = match row.ask {
             Ask::Initialize => self.initialize(request.read()?),
-            Ask::Launch => self.open(configuration(request.read()?)?, progress),
-            Ask::Attach => self.attach(configuration(request.read()?)?, progress),
+            Ask::Launch => self.open(configuration(request.arguments.clone())?, progress),
+            Ask::Attach => self.attach(configuration(request.arguments.clone())?, progress),
             Ask::SetBreakpoints => self.set_breakpoints(request.read()?),
             Ask::SetFunctionBreakpoints => self.set_function_breakpoints(request.read()?),
             Ask::SetDataBreakpoints => self.set_data_breakpoints(request.read()?),

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::arguments::{Initialize, Restart};
+use crate::belonging::ATTACH_TAKES;
 use crate::held::{Held, Walk};
 use crate::message::{Outgoing, Refusal};
 use crate::open::Configuration;
@@ -82,10 +83,7 @@ impl Session {
     ) -> Answered {
         let is_opened = |each: &Configuration| each.program.is_some() || each.serve;
         if configuration.each().iter().any(is_opened) {
-            return Err(Refusal::new(
-                "attach takes a recording, or the controllers that run already, and no program; launch \
-                 opens a program",
-            ));
+            return Err(Refusal::new(ATTACH_TAKES));
         }
         let before = std::mem::replace(&mut self.is_attached, true);
         let opened = self.open(configuration, progress);

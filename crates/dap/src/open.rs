@@ -49,7 +49,7 @@ pub struct Configuration {
     /// Whether it ends instead of stopping at the end.
     pub end_at_end: bool,
     /// Whether the rest of a program is sent even after an error reply.
-    pub keep_going: bool,
+    pub keep_going: Option<bool>,
     /// Whether it runs without debugging and never stops.
     pub no_debug: bool,
     /// Several controllers, each with its own attributes.
@@ -128,13 +128,21 @@ pub const ATTRIBUTES: [(&str, &str, &str); 18] = [
         "boolean",
         "with `program`: go on sending after an error reply, as software does that ignores it; false by default",
     ),
-    ("noDebug", "boolean", "ignore all breakpoints"),
+    (
+        "noDebug",
+        "boolean",
+        "ignore all breakpoints and `stopOnEntry`, and end the session at the end",
+    ),
     (
         "controllers",
         "array",
         "several controllers, each with these attributes and a `name`; what one leaves out is taken from beside it",
     ),
 ];
+
+/// Why an entry of `controllers` has none itself.
+pub(crate) const NO_LIST: &str = "an entry of `controllers` is one controller and has no `controllers` itself; put \
+     them beside it";
 
 /// A controller that is to be debugged.
 #[derive(Debug)]
@@ -203,10 +211,7 @@ impl Configuration {
         let done = (1..).zip(&each).map(|(number, each)| {
             let done = match each.controllers.is_empty() {
                 true => deed(each),
-                false => Err(Refusal::new(
-                    "an entry of `controllers` is one controller and has no `controllers` itself; put \
-                     them beside it",
-                )),
+                false => Err(Refusal::new(NO_LIST)),
             };
             done.map_err(|refusal| match is_list {
                 true if refusal != Refusal::cancelled() => each.refuses(number, refusal),
@@ -249,7 +254,7 @@ impl Configuration {
                 job_options: own.job_options.or(job_options),
                 name: own.name,
                 cwd: own.cwd.or_else(|| self.cwd.clone()),
-                keep_going: own.keep_going || self.keep_going,
+                keep_going: own.keep_going.or(self.keep_going),
                 controllers: own.controllers,
                 ..self.clone()
             }

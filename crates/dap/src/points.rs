@@ -149,7 +149,11 @@ fn command(name: &str, debugger: &Debugger) -> Result<Trigger, String> {
         Ok(_) => return Err("the name of a command is missing, such as @0A".to_owned()),
         Err(error) => error,
     };
-    debugger.read_trigger(name).map_err(|_| trigger.to_string())
+    // What has several words is hardly a command.
+    debugger.read_trigger(name).map_err(|other| match name.contains(char::is_whitespace) {
+        true => other.to_string(),
+        false => trigger.to_string(),
+    })
 }
 
 /// Error replies of these codes, with commas or blanks between them; all, if there are none.

@@ -46,10 +46,7 @@ impl Open for Doors {
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Opened>, Refusal> {
         let each = configuration.each();
-        let mut names: Vec<&str> = each.iter().filter_map(|each| each.name.as_deref()).collect();
-        names.sort_unstable();
-        let twice = names.iter().zip(names.iter().skip(1)).find(|(one, other)| one == other);
-        if let Some((twice, _)) = twice {
+        if let Some(twice) = named_twice(&each) {
             return Err(Refusal(format!(
                 "two controllers are called {twice}; give each a name of its own"
             )));
@@ -77,7 +74,19 @@ impl Open for Doors {
     }
 
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
-        configuration.with_each(|_| Ok(()))?;
+        let is_list = !configuration.controllers.is_empty();
+        configuration.with_each(|each| match &each.name {
+            None if is_list && self.served.is_some() => Err(Refusal::new(
+                "it says which controller it is, by its `name`, as in `{ \"name\": \"1\" }`; without \
+                 `controllers` all are meant",
+            )),
+            _ => Ok(()),
+        })?;
+        if let Some(twice) = named_twice(&configuration.each()) {
+            return Err(Refusal(format!(
+                "two entries are about controller {twice}; leave one out"
+            )));
+        }
         match &self.served {
             Some(served) => served.attach(configuration, &self.ring),
             None => Err(Refusal::new(
@@ -91,6 +100,13 @@ impl Open for Doors {
         let whole = |path: &str| fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
         one == other || whole(one) == whole(other)
     }
+}
+
+/// The name that two of them have, if two have the same.
+fn named_twice(each: &[Configuration]) -> Option<&str> {
+    let mut names: Vec<&str> = each.iter().filter_map(|each| each.name.as_deref()).collect();
+    names.sort_unstable();
+    names.windows(2).find(|two| two.first() == two.last()).and_then(|two| two.first().copied())
 }
 
 fn refused(failure: Failure) -> Refusal {
@@ -111,9 +127,6 @@ fn only_files(configuration: &Configuration) -> Result<(), Refusal> {
             Some(folder) if !is_name => Path::new(folder).join(name),
             _ => PathBuf::from(name),
         };
-        if name.is_empty() {
-            return Err(Refusal(format!("`{attribute}` is empty; name a file, or leave it out")));
-        }
         let wrong = match name == "-" || is_input(&path) {
             true => Err("the adapter reads its client's messages from there"),
             false => file::is_regular(&path),
@@ -150,7 +163,7 @@ fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Op
     };
     match (&configuration.program, &configuration.recording) {
         (Some(program), None) => read(configuration, path(program), progress)
-            .map(|program| opened(program, configuration.keep_going)),
+            .map(|program| opened(program, configuration.keep_going == Some(true))),
         (None, Some(recording)) => of_recording(&path(recording)),
         (Some(_), Some(_)) => Err(Refusal::new("there is a program or a recording, not both")),
         (None, None) => Err(Refusal::new(

@@ -298,6 +298,16 @@ fn controllers_that_run_already_are_as_they_were_started() {
         let whole = editor.refused("attach", whole);
         assert!(whole.starts_with(words), "{whole}");
     }
+    // Without a name it is not clear which is meant, and one is attached to once.
+    for (list, words) in [
+        (json!([{}]), "controller 1 of the list: it says which controller it is, by its `name`"),
+        (json!([{ "name": "1" }, { "nam": "2" }]), "controller 2 of the list: it says which"),
+        (json!([{ "name": null }]), "controller 1 of the list: it says which controller it is"),
+        (json!([{ "name": "1" }, { "name": "1" }]), "two entries are about controller 1; "),
+    ] {
+        let refused = editor.refused("attach", json!({ "controllers": list }));
+        assert!(refused.starts_with(words), "{refused}");
+    }
     // What is perhaps meant is not suggested where it is refused.
     editor.events.clear();
     editor.ask("attach", json!({ "controllers": [{ "name": "2", "machin": "mill" }] }));

@@ -895,11 +895,15 @@ fn an_attribute_that_means_nothing_is_told_with_what_is_perhaps_meant() {
 /// It may be why nothing is opened.
 #[test]
 fn an_attribute_that_means_nothing_is_told_also_where_nothing_is_opened() {
-    for request in ["launch", "attach"] {
+    for (request, perhaps) in [
+        ("launch", "perhaps `program` is meant\n"),
+        ("attach", "nor would `program`: attach takes a recording, or the controllers that run "),
+    ] {
         let mut editor = Editor::new();
         editor.refused(request, json!({ "programm": "job.ncp" }));
-        let perhaps = "the attribute `programm` means nothing here; perhaps `program` is meant\n";
-        assert_eq!(editor.event("output")["output"], perhaps, "{request}");
+        let told = text(&editor.event("output")["output"]);
+        let words = format!("the attribute `programm` means nothing here; {perhaps}");
+        assert!(told.starts_with(&words), "{request}: {told}");
     }
 }
 
@@ -930,6 +934,10 @@ fn an_attribute_that_means_nothing_for_what_is_debugged_is_refused() {
     let several = json!({ "controllers": [{ "program": wrong, "keepGoing": true }] });
     let mut editor = Editor::at_entry(several);
     assert_eq!(editor.walk("continue")["description"], "The end: everything is done");
+    // That counts against what stands beside.
+    let own = json!([{ "program": wrong, "keepGoing": false }]);
+    let mut editor = Editor::at_entry(json!({ "keepGoing": true, "controllers": own }));
+    assert_ne!(editor.walk("continue")["description"], "The end: everything is done");
 }
 
 /// Where, and what belongs there, in words that are no programmer's.
@@ -1010,12 +1018,16 @@ fn a_command_that_the_model_has_not_is_no_function_breakpoint() {
     assert_eq!(verified, [false, true, true, true, true], "{set:?}");
     let why = text(&set[0]["message"]);
     assert!(why.contains("what a command begins with: "), "{why}");
+    let unfinished = json!({ "breakpoints": [{ "name": "x > 5 and" }] });
+    let set = editor.ask("setFunctionBreakpoints", unfinished);
+    let why = text(&set["breakpoints"][0]["message"]);
+    assert!(!why.contains("command x > 5"), "{why}");
 }
 
 #[test]
 fn a_value_that_cannot_be_is_told_in_words() {
     let refused = Editor::new().refused("launch", json!({ "program": "" }));
-    assert_eq!(refused, "`program` is empty; name a file, or leave it out");
+    assert_eq!(refused, "`program` is empty; give it a value, or leave it out");
     let mut editor = Editor::at_entry(drilling());
     let controller = editor.scope("Controller");
     let set = json!({ "variablesReference": controller, "name": "nope", "value": "1" });
