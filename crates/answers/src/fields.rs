@@ -104,17 +104,25 @@ pub fn right_body(fields: &[Field]) -> String {
     if fields.is_empty() {
         return "send no body".to_owned();
     }
+    if let Some(image) = image(fields) {
+        return right_image(image);
+    }
     // What has to be there; otherwise one of what may be, since not all goes together.
     let mut example: Vec<&Field> = fields.iter().filter(|field| field.is_needed).collect();
     if example.is_empty() {
         example.extend(fields.first());
     }
     let example = example.into_iter().map(|field| (field.name.to_owned(), field.example()));
-    let object = format!("send an object such as {}", Value::Object(example.collect()));
-    match image(fields) {
-        Some(_) => format!("{object}, or its bytes as application/octet-stream"),
-        None => object,
-    }
+    format!("send an object such as {}", Value::Object(example.collect()))
+}
+
+/// What would be right as an image. Its example is never given as such: that one erases the memory.
+fn right_image(image: &Field) -> String {
+    let Field { name, example, .. } = image;
+    format!(
+        "send one that GET answers, as {{\"{name}\": …}} or its bytes as application/octet-stream; to \
+         erase the memory, send {example:?} alone"
+    )
 }
 
 /// Takes a body apart by the fields that there may be.
@@ -184,10 +192,7 @@ fn whole(object: Map<String, Value>, image: &Field) -> Result<Map<String, Value>
         Some("") => Err(Problem::new(
             Kind::WrongRequest,
             format!("the {} is empty", image.name),
-            format!(
-                "send one that GET answers; to erase the memory, send {:?} alone",
-                image.example
-            ),
+            right_image(image),
         )),
         _ => Ok(object),
     }

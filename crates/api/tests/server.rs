@@ -540,6 +540,17 @@ fn the_memory_is_read_and_changed() {
         "{wrong:?}"
     );
     assert_eq!(put(2, "text").status, 422);
+    // Whatever is wrong with it, nobody is told to send what erases the memory.
+    let wrong = [
+        wrong,
+        put(2, "vimc4 flash 9\n"),
+        served.send("PUT", &path(2), &json!({})),
+        served.send("PUT", &path(2), &json!({ "image": 5 })),
+        served.raw("PUT", &path(2), "Content-Type: application/json\r\n", "foo"),
+    ];
+    for wrong in wrong {
+        assert_eq!(wrong.json()["remedy"], empty["remedy"], "{wrong:?}");
+    }
     // The bytes themselves will do.
     let bytes = |kind: &str, image: &str| {
         served.raw("PUT", &path(2), &format!("Content-Type: {kind}\r\n"), image)
