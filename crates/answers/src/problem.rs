@@ -239,7 +239,7 @@ impl From<OrderError> for Problem {
     }
 }
 
-wrong_words!(ConditionError, FaultError, RuleError);
+wrong_words!(ConditionError, FaultError, Mistake, RuleError);
 
 macro_rules! not_understood {
     ($($error:ty),+) => {
@@ -251,7 +251,7 @@ macro_rules! not_understood {
     };
 }
 
-not_understood!(Mistake, MemoryError, ClockError);
+not_understood!(MemoryError, ClockError);
 
 #[cfg(test)]
 mod tests {

@@ -438,6 +438,10 @@ fn what_is_expected_is_followed_and_a_near_miss_is_told() {
     assert_eq!(wrong.status, 422);
     assert_eq!(wrong.json()["remedy"], "say how often, as in `command @A, once`");
     assert_eq!(expect("x > 1, at least 0 times").status, 422);
+    // No axis is meant, and that there are some is no remedy.
+    let rubbish = expect("foo, once").json();
+    assert_eq!(rubbish["detail"], "this cannot be expected: `foo` is wrong");
+    assert!(rubbish["remedy"].as_str().unwrap().starts_with("a condition, such as"), "{rubbish}");
     for _ in 0..100 {
         assert_eq!(expect("x > 9999999, never").status, 200);
     }

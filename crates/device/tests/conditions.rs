@@ -275,7 +275,7 @@ fn a_wrong_condition_says_what_would_be_right() {
     for (typed, wrong) in [
         ("", "nothing is said: a condition, such as `x = 2500`"),
         ("dance", "`dance` is wrong: a condition, such as"),
-        ("b = 5", "; axes are x, y, z, a"),
+        ("b = 5", "or `line 12`, where axes are x, y, z, a"),
         ("z < five", "`z < five` is wrong at `five`: a position in steps, as in `z < -5000`"),
         ("z <", "`z <` is not finished: a position in steps"),
         ("x = 1 and", "is not finished: a condition, such as"),

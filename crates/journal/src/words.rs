@@ -101,9 +101,13 @@ impl Display for Excerpt<'_> {
     }
 }
 
-/// A text, between quotation marks if it is more than a word.
+/// Words that mean something of their own behind `answered`.
+pub(crate) const OF_ANSWERS: [&str; 3] = ["with", "within", "error"];
+
+/// A text, between quotation marks if it is more than a word, or one that means something.
 pub(crate) fn quoted(text: &str) -> String {
-    let is_word = !text.is_empty() && !text.contains(char::is_whitespace) && text != "within";
+    let is_word = !text.is_empty() && !text.contains(char::is_whitespace);
+    let is_word = is_word && !OF_ANSWERS.contains(&text);
     if is_word { text.to_owned() } else { format!("\"{text}\"") }
 }
 

@@ -229,9 +229,31 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("x > 1, once, and", "as in `x > 1, once, and x > 100, once`"),
         ("x > 1, at least 0 times", "is always so"),
         ("x > 1, 3 to once", "cannot come 3 times"),
+        (
+            "command @A answered 0 once",
+            "has no comma before `once`; write `command @A answered 0, once`",
+        ),
+        ("x > 1 at least twice", "write `x > 1, at least twice`"),
+        ("command @A answered with error 2 once", "write `command @A answered with error 2, once`"),
+        (
+            "command @A answered error 2, once",
+            "as in `answered with an error`, `answered with error 2`",
+        ),
+        ("command @A answered with error, once", "`answered with error 2`"),
+        ("command @A answered with", "`answered with` does not say what the answer is"),
+        ("command @A answered within, once", "`answered within 1 s` or `answered \"within\"`"),
+        ("command @A,", "as in `command @A, once`"),
+        (
+            "command @A, within 5 s, once",
+            "`within 5 s` stands before how often; write `command @A, once, within 5 s`",
+        ),
+        ("limit x+, once", "expect what is answered, as in `answer error`"),
         ("whenever x > 1", "one colon"),
         ("whenever x > 1: y < 1: z < 1", "one colon"),
-        ("whenever x > 1: answer F", "happens in one moment"),
+        ("whenever x > 1: answer F", "say how soon it follows, as in `answer F within 2 s`"),
+        ("whenever x > 1, if at all: command @P", "as in `command @P within 2 s`, or name a state"),
+        ("whenever x > 1: command @P for at least 1 s", "as in `command @P within 2 s`"),
+        ("whenever x > 1: command @J", "is wrong at `@J`"),
         ("x > 1, once; then whenever x > 2: y > 1", "is wrong: a condition, such as"),
     ] {
         let wrong = Expectation::read(text, &names).unwrap_err().to_string();
@@ -243,6 +265,7 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("x > 1, once; then x > 2, once, no sooner than after 1 s, within 5 s", ""),
         ("x > 1, once; then x > 2, once, within 5 s, no sooner than after 1 s", ""),
         ("whenever z < 0: signal cover is closed", ""),
+        ("command @A answered \"with\", once, and command @A answered \"error\", once", ""),
         ("command @A and x > 5, twice", ""),
         ("whenever command @R, if at all: command @A within 1.5 s", ""),
     ] {

@@ -340,7 +340,7 @@ fn what_could_never_be_met_says_so_at_once() {
         (
             |e| e.never("limit x+"),
             "`limit x+` is not followed, for nothing tells when a motion runs onto a switch; expect \
-             what is answered, as in `command(\"@A\").refused()`",
+             what is answered, as in `answer error`",
         ),
         (
             |e| e.when("idle").once(),
@@ -348,7 +348,7 @@ fn what_could_never_be_met_says_so_at_once() {
         ),
         (
             |e| e.when("x < 0").at_least(0),
-            "`x < 0` at least 0 times is always so; say `at_least(1)`, `at_most(n)` or `never()`",
+            "`x < 0` at least 0 times is always so; say at least once, at most so many times, or never",
         ),
         (
             |e| e.command("@A").refused_with("Z").once(),

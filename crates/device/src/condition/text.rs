@@ -296,7 +296,7 @@ impl Names {
                 }
                 let axes = match self.shown_axes().as_slice() {
                     [] => String::new(),
-                    axes => format!("; axes are {}", axes.join(", ")),
+                    axes => format!(", where axes are {}", axes.join(", ")),
                 };
                 Err(failure(input, format!("{FORMS}{axes}")))
             }

@@ -13,11 +13,27 @@ use crate::Picture;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mistake {
     why: String,
+    /// What would be right, where the reason ends with just that.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    right: String,
 }
 
 impl Mistake {
     pub(crate) fn new(why: String) -> Mistake {
-        Mistake { why }
+        Mistake { why, right: String::new() }
+    }
+
+    /// What happens in one moment is no state; `follows` says how it is asked for that it comes after.
+    pub(super) fn of_happening(what: &str, follows: &str) -> Mistake {
+        Mistake::new(format!(
+            "`{what}` happens in one moment and lasts no time; {follows}, or name a state"
+        ))
+    }
+
+    /// What would be right, for people, where the text ends with just that; otherwise empty.
+    #[must_use]
+    pub fn right(&self) -> &str {
+        &self.right
     }
 }
 
@@ -31,7 +47,7 @@ impl std::error::Error for Mistake {}
 
 impl From<ConditionError> for Mistake {
     fn from(error: ConditionError) -> Mistake {
-        Mistake::new(error.to_string())
+        Mistake { why: error.to_string(), right: error.right().to_owned() }
     }
 }
 
@@ -46,7 +62,7 @@ pub(super) fn number(clause: &Clause, names: &Names) -> Option<Mistake> {
     let what = clause.what.in_words(names);
     match (clause.least, clause.most) {
         (0, None) => Some(Mistake::new(format!(
-            "`{what}` at least 0 times is always so; say `at_least(1)`, `at_most(n)` or `never()`"
+            "`{what}` at least 0 times is always so; say at least once, at most so many times, or never"
         ))),
         (least, Some(most)) if least > most => Some(Mistake::new(format!(
             "`{what}` cannot come {least} times or more and {most} or less"
@@ -135,7 +151,7 @@ pub(super) fn condition(condition: &Condition, names: &Names) -> Checked {
         | Condition::AxisAbove { axis, .. } => has_axis(*axis),
         Condition::Limit { .. } => wrong(format!(
             "`{}` is not followed, for nothing tells when a motion runs onto a switch; expect what is \
-             answered, as in `command(\"@A\").refused()`",
+             answered, as in `answer error`",
             names.write(condition)
         )),
         Condition::Idle => wrong(

@@ -341,6 +341,15 @@ impl<C> Clauses<C> {
 }
 
 impl<C> Clauses<C> {
+    /// This in words, if it is not a state but happens in one moment.
+    pub(super) fn happening(&self) -> Option<String> {
+        let happens = match &self.what {
+            Pattern::When(condition) => condition.has_happenings(),
+            Pattern::Command { .. } => true,
+        };
+        (happens && self.draft.mistake.is_none()).then(|| self.what.in_words(&self.draft.names))
+    }
+
     /// Whenever this happens, something holds.
     pub(super) fn whenever(self) -> Whenever<C> {
         Whenever { draft: self.draft, whenever: self.what }
@@ -366,10 +375,8 @@ impl<C> Whenever<C> {
         let state = self.draft.condition(state);
         if state.has_happenings() {
             let text = self.draft.names.write(&state).to_string();
-            self.draft.wrong(Mistake::new(format!(
-                "`{text}` happens in one moment and lasts no time; say `must_follow` for what comes \
-                 after, or name a state"
-            )));
+            let follows = "say `must_follow` for what comes after";
+            self.draft.wrong(Mistake::of_happening(&text, follows));
         }
         Must { draft: self.draft, whenever: self.whenever, state }
     }

@@ -18,6 +18,7 @@ use vimc4_device::{Names, parse_duration};
 
 use super::sentence::{Clauses, CommandClause, Expect, Sentence};
 use super::{Expectation, Mistake};
+use crate::words::OF_ANSWERS;
 
 impl Expectation {
     /// Reads an expectation in the words of [`in_words`](Expectation::in_words), with the names of the
@@ -102,7 +103,12 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     let Some((what, number)) =
         last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
     else {
+        if let Some((what, often)) = run_together(&expect, text) {
+            let why = format!("`{text}` has no comma before `{often}`; write `{what}, {often}`");
+            return Err(Mistake::new(why));
+        }
         // What would be refused then is told as it is at once.
+        let text = text.strip_suffix(',').unwrap_or(text);
         let what = last(text, ", ").map_or(text, |(what, _)| what);
         pattern(expect, what)?.number(1, Some(1)).ready()?;
         let why = format!("`{text}` has no number; say how often, as in `{what}, once`");
@@ -110,6 +116,18 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     };
     let (least, most) = number;
     Ok(pattern(expect, what)?.number(least, most))
+}
+
+/// What happens and how often, where only the comma between them is missing.
+fn run_together<'a>(expect: &Expect<()>, text: &'a str) -> Option<(&'a str, &'a str)> {
+    // `at least 3 times` are four words.
+    let mut blanks = text.rmatch_indices(' ').take(4);
+    blanks.find_map(|(place, _)| {
+        let (what, often) = (text[..place].trim_end(), text[place..].trim_start());
+        count(often)?;
+        pattern(expect.clone(), what).ok()?.once().ready().ok()?;
+        Some((what, often))
+    })
 }
 
 fn pattern(expect: Expect<()>, text: &str) -> Result<Clauses<()>, Mistake> {
@@ -135,6 +153,13 @@ fn command(expect: Expect<()>, text: &str) -> Result<Option<CommandClause<()>>, 
         (false, _) => command,
         (true, "") => command.answered_at_all(),
         (true, "with an error") => command.refused(),
+        (true, said) if is_no_answer(said) => {
+            let code = said.strip_prefix("error ").unwrap_or("2");
+            return Err(Mistake::new(format!(
+                "`answered {said}` does not say what the answer is; write it as in `answered with an \
+                 error`, `answered with error {code}`, `answered within 1 s` or `answered \"{said}\"`"
+            )));
+        }
         (true, said) => match said.strip_prefix("with error ") {
             Some(code) => command.refused_with(only(code)?),
             None => command.answered(only(said)?),
@@ -144,6 +169,11 @@ fn command(expect: Expect<()>, text: &str) -> Result<Option<CommandClause<()>>, 
         Some(span) => command.within(span),
         None => command,
     }))
+}
+
+/// Whether an answer is only begun in words that mean something of their own.
+fn is_no_answer(said: &str) -> bool {
+    OF_ANSWERS.contains(&said) || said == "with error" || said.starts_with("error ")
 }
 
 fn rule(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
@@ -157,10 +187,19 @@ fn rule(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
         None => (whenever, false),
     };
     let whenever = pattern(expect.clone(), whenever)?.whenever();
+    let lasting = |state| match pattern(expect.clone(), state)?.happening() {
+        Some(what) => {
+            let follows = format!("say how soon it follows, as in `{what} within 2 s`");
+            Err(Mistake::of_happening(&what, &follows))
+        }
+        None => Ok(state),
+    };
     let sentence = match (ending(then, " for at least ")?, ending(then, " within ")?) {
-        ((state, Some(span)), _) => whenever.must_have_been(state).for_at_least(span),
-        (_, (what, Some(span))) => whenever.must_follow_what(pattern(expect, what)?).within(span),
-        _ => whenever.must_be(then),
+        ((state, Some(span)), _) => whenever.must_have_been(lasting(state)?).for_at_least(span),
+        (_, (what, Some(span))) => {
+            whenever.must_follow_what(pattern(expect.clone(), what)?).within(span)
+        }
+        _ => whenever.must_be(lasting(then)?),
     };
     Ok(if if_at_all { sentence.if_at_all() } else { sentence })
 }
@@ -191,9 +230,15 @@ fn ending<'a>(text: &'a str, words: &str) -> Result<(&'a str, Option<Duration>),
     let Some((before, span)) = last(text, words) else { return Ok((text, None)) };
     match parse_duration(span.trim()) {
         Ok(span) => Ok((before, Some(span))),
-        Err(error) => {
-            Err(Mistake::new(format!("`{}` {error}; write it as in `1.5 s`", span.trim())))
-        }
+        Err(error) => Err(Mistake::new(match span.split_once(", ") {
+            // What limits a stage stands behind how often.
+            Some((limit, often)) if parse_duration(limit).is_ok() && count(often).is_some() => {
+                let limit = format!("{words}{limit}");
+                let early = limit.trim_start_matches(", ");
+                format!("`{early}` stands before how often; write `{before}, {often}{limit}`")
+            }
+            _ => format!("`{}` {error}; write it as in `1.5 s`", span.trim()),
+        })),
     }
 }
 
