@@ -9,7 +9,7 @@ mod words;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use vimc4_device::{Time, escape, unescape};
+use vimc4_device::{Time, escape, is_like, unescape};
 
 use crate::failure::Failure;
 use crate::output;
@@ -59,18 +59,26 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Err(trouble) = carry_out(arguments) else { return Ok(()) };
+    if arguments.json {
+        output::print(&format!("{}\n", trouble.document()))?;
+    }
+    Err(words::typed(trouble).into())
+}
+
+fn carry_out(arguments: &Arguments) -> Result<(), Trouble> {
     let line = arguments.words.join(" ");
     let (word, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
     let rest = rest.trim();
     if word != "watch"
         && (!arguments.kinds.is_empty() || arguments.after.is_some() || arguments.count.is_some())
     {
-        return Err(Failure::usage("--kinds, --after and --count are for `watch`; leave them out"));
+        let why = "--kinds, --after and --count are for `watch`; leave them out";
+        return Err(Trouble::Other(why.to_owned()));
     }
     if word.is_empty() {
-        return Err(Failure::usage(
-            "no order is given; `vimc4 ctl help` lists those that there are",
-        ));
+        let why = "no order is given; `vimc4 ctl help` lists those that there are";
+        return Err(Trouble::Other(why.to_owned()));
     }
     let client = Client::at(arguments.url.as_deref(), arguments.token.as_deref())?;
     let known = WORDS.iter().find(|known| known.name == word);
@@ -78,40 +86,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         && !rest.is_empty()
         && known.forms.iter().all(|(form, _)| form.is_empty())
     {
-        return Err(Failure::usage(format!(
+        return Err(Trouble::Other(format!(
             "`{rest}` means nothing behind `{word}`; leave it out"
         )));
     }
     if word == "send" && rest.is_empty() {
-        return Err(Failure::usage(
-            r"there is nothing to send; write it behind `send`, as in `vimc4 ctl send '@07\r'`",
-        ));
+        let why =
+            r"there is nothing to send; write it behind `send`, as in `vimc4 ctl send '@07\r'`";
+        return Err(Trouble::Other(why.to_owned()));
     }
     if word == "help"
         && let Some(said) = words::help_on(rest)
     {
-        return match arguments.json {
+        return Ok(match arguments.json {
             true => output::print(&format!("{}\n", json!({ "text": said }))),
             false => output::print(&said),
-        };
+        }?);
     }
     if word == "watch" {
         let (kinds, after, count) = (&arguments.kinds, arguments.after, arguments.count);
         let (controller, is_json) = (arguments.controller, arguments.json);
         return watch::watch(&client, &Wanted { controller, kinds, after, count, is_json });
     }
-    let answered = ask(&client, arguments.controller, word, rest, line.trim());
-    match (answered, arguments.json) {
-        (Ok((document, _)), true) => output::print(&format!("{document}\n")),
-        (Ok((_, said)), false) if said.is_empty() => Ok(()),
-        (Ok((_, said)), false) => output::print(&format!("{}\n", text::shown(&said))),
-        (Err(trouble), is_json) => {
-            if is_json {
-                output::print(&format!("{}\n", trouble.document()))?;
-            }
-            Err(words::typed(trouble).into())
-        }
-    }
+    let (document, said) = ask(&client, arguments.controller, word, rest, line.trim())?;
+    Ok(match arguments.json {
+        true => output::print(&format!("{document}\n")),
+        false if said.is_empty() => Ok(()),
+        false => output::print(&format!("{}\n", text::shown(&said))),
+    }?)
 }
 
 /// Asks, and returns what is answered and how that is told to people.
@@ -190,18 +192,21 @@ fn ask(
 fn unknown(client: &Client, word: &str) -> Option<Trouble> {
     let get = |what| client.get(&format!("/controllers/1/{what}"), &[]).ok();
     let (verbs, signals) = (get("orders")?, get("signals")?);
-    let begins = |name: &Value| name.as_str().and_then(|name| name.split(' ').next()) == Some(word);
-    let mut verbs = verbs.as_array()?.iter();
+    let verbs = verbs.as_array()?.iter().map(|verb| part(verb, "verb"));
     // A switch is an order by itself.
-    let mut switches = signals.as_array()?.iter().filter(|signal| signal["positions"].is_array());
-    let is_known = WORDS.iter().any(|known| known.name == word)
-        || verbs.any(|verb| begins(&verb["verb"]))
-        || switches.any(|switch| begins(&switch["name"]));
-    (!is_known).then(|| {
-        Trouble::Other(format!(
-            "`{word}` is not an order; `vimc4 ctl help` lists those that there are"
-        ))
-    })
+    let switches = signals.as_array()?.iter().filter(|signal| signal["positions"].is_array());
+    let switches = switches.map(|switch| part(switch, "name"));
+    let known: Vec<&str> =
+        WORDS.iter().map(|known| known.name).chain(verbs).chain(switches).collect();
+    if known.iter().any(|name| name.split(' ').next() == Some(word)) {
+        return None;
+    }
+    let like: Vec<&str> = known.into_iter().filter(|name| is_like(word, name)).collect();
+    let remedy = match like.as_slice() {
+        [] => "`vimc4 ctl help` lists those that there are".to_owned(),
+        like => format!("did you mean {}? `vimc4 ctl help` lists them", like.join(" or ")),
+    };
+    Some(Trouble::Other(format!("`{word}` is not an order; {remedy}")))
 }
 
 /// A controller, as one line.

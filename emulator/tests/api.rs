@@ -602,7 +602,10 @@ fn remedies_can_be_followed() -> Outcome {
         assert!(remedy.contains("`step 250ms` to the debugger"), "{remedy}");
     };
     moves(refused("/clock/advance", json!({ "span": "5s" })));
-    moves(refused("/orders", json!({ "order": "advance 5s" })));
+    moves(refused("/clock/advance", json!({ "span": "5" })));
+    for order in ["advance 5s", "advance 5", "advance"] {
+        moves(refused("/orders", json!({ "order": order })));
+    }
     assert_eq!(ask("POST", "/clock/pause", Value::Null).0, 200);
     for (path, body) in [
         ("/clock/run-until", json!({ "condition": "idle" })),
@@ -621,10 +624,9 @@ fn remedies_can_be_followed() -> Outcome {
     assert_eq!(ask("DELETE", "/debugger", Value::Null).0, 200);
     let (status, detail, _) = refused("/clock/resume", Value::Null);
     assert_eq!((status, detail.as_str()), (409, "time is not paused"));
-    let (_, _, remedy) = refused("/clock/advance", json!({ "span": "10000000h" }));
-    assert!(remedy.contains("5124095h"), "{remedy}");
-    let (status, _, _) = refused("/clock/advance", json!({ "span": "5124095h" }));
-    assert_eq!(status, 409, "it is not too long");
+    for span in ["10000000h", "5124095h"] {
+        moves(refused("/clock/advance", json!({ "span": span })));
+    }
 
     // What is not there is listed by what is named.
     for (path, body, remedy) in [

@@ -89,7 +89,17 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
             "did you mean press? `vimc4 ctl help` lists them",
         ),
         // What is wrong anyway is told before which controller is meant.
-        (vec!["prss", "stop"], 2, "`prss` is not an order | help: `vimc4 ctl help` lists those"),
+        (
+            vec!["prss", "stop"],
+            2,
+            "`prss` is not an order | help: did you mean press? `vimc4 ctl help` lists them",
+        ),
+        (vec!["veiw"], 2, "did you mean view? `vimc4 ctl help` lists them"),
+        (
+            vec!["help", "foo"],
+            2,
+            "wrong at `foo`: not an order | help: `vimc4 ctl help` lists them",
+        ),
         (vec!["limit", "x+", "1"], 2, "`limit` is not an order"),
         (vec!["cover", "open"], 2, "help: give --controller, 1 to 2"),
         (vec!["send"], 2, "there is nothing to send | help: write it behind `send`, as in"),
@@ -134,6 +144,16 @@ fn what_is_wrong_says_so_and_what_would_be_right() {
     let problem: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!((code, &problem["status"]), (2, &Value::from(422)));
     assert_eq!(problem["remedy"], "it can be open or closed");
+    for (words, detail) in [
+        (vec!["send"], "there is nothing to send"),
+        (vec!["watch", "x"], "`x` means nothing behind `watch`"),
+        (vec!["watch", "--kinds", "foo"], "there is no kind of entry `foo`"),
+        (vec!["view", "--count", "1"], "--kinds, --after and --count are for `watch`"),
+    ] {
+        let (code, printed, _) = ctl(folder, &url, &[vec!["--json"], words].concat());
+        let problem: Value = serde_json::from_str(&printed).unwrap();
+        assert_eq!((code, &problem["detail"]), (2, &detail.into()), "{printed}");
+    }
     // What is paused does not go on by itself; the other one does not mind.
     assert_eq!(ctl(folder, &url, &["--controller", "2", "clock", "pause"]).0, 0);
     let (code, said) = try_it(&["--controller", "2", "advance", "1s"]);

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
     BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order,
-    Pause, Scenario, ScenarioNumber, Time,
+    Pause, Scenario, ScenarioNumber, Time, Verb,
 };
 use vimc4_answers::fields::{bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
@@ -205,7 +205,13 @@ pub(crate) async fn verbs(call: Call) -> Outcome {
 
 pub(crate) async fn order(call: Call) -> Outcome {
     let served = call.controller()?;
-    let text = match Order::read(call.text("order"), &call.app.names)? {
+    let typed = call.text("order");
+    let read = Order::read(typed, &call.app.names);
+    // How far it is to move matters only where something moves it.
+    if read.is_err() && typed.split_whitespace().next() == Some(Verb::Advance.name()) {
+        is_moved(&call).await?;
+    }
+    let text = match read? {
         None => String::new(),
         Some(Order::Quit) => {
             order_end(&call);
@@ -249,11 +255,13 @@ pub(crate) async fn set_clock(call: Call) -> Outcome {
 }
 
 pub(crate) async fn advance(call: Call) -> Outcome {
+    is_moved(&call).await?;
     let span = span_of(call.text("span"))?;
     Answer::json(&advanced(&call, span).await?.json())
 }
 
-async fn advanced(call: &Call, span: Duration) -> Result<Arrival, Problem> {
+/// Whether time is moved, and does not move by itself.
+async fn is_moved(call: &Call) -> Result<(), Problem> {
     // That it is paused, too, is not what is in the way.
     if call.controller()?.control.clock().await?.rate().is_some() {
         return Err(Problem::new(
@@ -263,6 +271,11 @@ async fn advanced(call: &Call, span: Duration) -> Result<Arrival, Problem> {
              controller whose time is moved",
         ));
     }
+    Ok(())
+}
+
+async fn advanced(call: &Call, span: Duration) -> Result<Arrival, Problem> {
+    is_moved(call).await?;
     arrived(call, |control| control.advance(span)).await
 }
 

@@ -924,8 +924,13 @@ fn every_refusal_says_what_would_be_right() {
     let foreign = served.get("/v1/models/x").json();
     assert_eq!(foreign["detail"], "there is no model `x`");
     // Time ends after 584 years.
-    for _ in 0..2 {
-        served.send("POST", "/v1/controllers/1/clock/advance", &json!({ "span": "5000000h" }));
+    let advance = |span: &str| {
+        served.send("POST", "/v1/controllers/1/clock/advance", &json!({ "span": span }))
+    };
+    let too_long = advance("10000000h").json();
+    assert!(too_long["remedy"].as_str().unwrap().contains("5124095h"), "{too_long}");
+    for span in ["5124095h", "5000000h"] {
+        assert_ne!(advance(span).status, 422, "it is not too long");
     }
     let detail = refused("clock/advance", json!({ "span": "1s" }), 409);
     assert_eq!(detail, "time has come to its end");

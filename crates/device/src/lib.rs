@@ -59,7 +59,7 @@ pub use scenario::{
 pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};
 pub use verb::{
-    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words,
+    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words, is_like,
     position_in_words, rules_in_words, settable,
 };
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};

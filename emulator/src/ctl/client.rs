@@ -41,6 +41,8 @@ pub(crate) enum Trouble {
     Refused(Value),
     /// Anything else, in words: most often that there is no server.
     Other(String),
+    /// Something at this end.
+    Here(Failure),
 }
 
 impl Trouble {
@@ -48,6 +50,7 @@ impl Trouble {
     pub(crate) fn text(&self) -> String {
         match self {
             Trouble::Other(why) => why.clone(),
+            Trouble::Here(failure) => failure.text(),
             Trouble::Refused(problem) if problem["status"] == 401 => format!(
                 "{}; put the one that `vimc4 serve` was given into {TOKEN}, or name its file with \
                  --token",
@@ -65,8 +68,9 @@ impl Trouble {
     pub(crate) fn document(&self) -> Value {
         match self {
             Trouble::Refused(problem) => problem.clone(),
-            Trouble::Other(why) => {
-                let (detail, remedy) = parted(why).unwrap_or((why, ""));
+            Trouble::Other(_) | Trouble::Here(_) => {
+                let why = self.text();
+                let (detail, remedy) = parted(&why).unwrap_or((&why, ""));
                 json!({ "title": "There is no answer", "detail": detail, "remedy": remedy })
             }
         }
@@ -80,17 +84,24 @@ impl Trouble {
             Trouble::Refused(problem) => {
                 problem["status"].as_u64().is_some_and(|status| PASSING.contains(&status))
             }
-            Trouble::Other(_) => false,
+            Trouble::Other(_) | Trouble::Here(_) => false,
         }
     }
 }
 
 impl From<Trouble> for Failure {
     fn from(trouble: Trouble) -> Failure {
-        match trouble.is_passing() {
-            true => Failure::midway(trouble.text()),
-            false => Failure::usage(trouble.text()),
+        match trouble {
+            Trouble::Here(failure) => failure,
+            trouble if trouble.is_passing() => Failure::midway(trouble.text()),
+            trouble => Failure::usage(trouble.text()),
         }
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Trouble {
+        Trouble::Here(failure)
     }
 }
 

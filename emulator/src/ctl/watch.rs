@@ -24,7 +24,7 @@ pub(crate) struct Wanted<'a> {
 }
 
 /// Prints it until there are enough of them, or the server ends.
-pub(crate) fn watch(client: &Client, wanted: &Wanted<'_>) -> Result<(), Failure> {
+pub(crate) fn watch(client: &Client, wanted: &Wanted<'_>) -> Result<(), Trouble> {
     let numbers: Vec<usize> = match wanted.controller {
         Some(number) => vec![number],
         None => {
@@ -54,7 +54,7 @@ pub(crate) fn watch(client: &Client, wanted: &Wanted<'_>) -> Result<(), Failure>
             Ok(_) => continue,
             // The program that serves them has ended, and with it what happens there.
             Err(Error::ConnectionClosed | Error::Protocol(_) | Error::Io(_)) => return Ok(()),
-            Err(error) => return Err(lost(error)),
+            Err(error) => return Err(lost(error).into()),
         };
         let message: Value = serde_json::from_str(&message).unwrap_or_default();
         let several = numbers.len() > 1;
@@ -62,8 +62,9 @@ pub(crate) fn watch(client: &Client, wanted: &Wanted<'_>) -> Result<(), Failure>
             "problem" => {
                 let mut problem = message;
                 // What a kind of problem is called goes by another name here.
-                problem["type"] = problem["kind"].take();
-                return Err(Trouble::Refused(problem).into());
+                let kind = problem.as_object_mut().and_then(|problem| problem.remove("kind"));
+                problem["type"] = kind.unwrap_or_default();
+                return Err(Trouble::Refused(problem));
             }
             "gap" => {
                 let (from, to) = (&message["from"], &message["to"]);
@@ -103,14 +104,14 @@ fn is_read(text: &str) -> Result<bool, Failure> {
     }
 }
 
-fn connect(client: &Client) -> Result<WebSocket<TcpStream>, Failure> {
+fn connect(client: &Client) -> Result<WebSocket<TcpStream>, Trouble> {
     let there = client.authority();
     let there = if there.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok()) {
         there.to_owned()
     } else {
         format!("{there}:80")
     };
-    let lost = |error: &dyn std::fmt::Display| Failure::from(client.lost(error));
+    let lost = |error: &dyn std::fmt::Display| client.lost(error);
     let addresses = there.to_socket_addrs().map_err(|error| lost(&error))?;
     let mut last = None;
     for address in addresses {

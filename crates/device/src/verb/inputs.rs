@@ -184,7 +184,8 @@ fn no_value(signal: &Signal, value: &str) -> DeedError {
 }
 
 /// Whether a name may have been meant as another: most of the letters are the same.
-pub(super) fn is_like(name: &str, known: &str) -> bool {
+#[must_use]
+pub fn is_like(name: &str, known: &str) -> bool {
     let part = name.len() > 2 && (known.contains(name) || name.contains(known));
     part || distance(name, known) <= known.len() / 3
 }

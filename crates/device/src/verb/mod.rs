@@ -17,7 +17,7 @@ use crate::{AxisView, FaultView, Names, RuleId, RuleView};
 
 pub use complete::Completion;
 pub use deed::Deed;
-pub use inputs::{DeedError, settable};
+pub use inputs::{DeedError, is_like, settable};
 pub use order::{Order, OrderError};
 pub use table::{Form, Sort, Verb};
 
@@ -249,7 +249,8 @@ mod tests {
             ("power", 5, "power on or power off"),
             ("power up", 6, "power on or power off"),
             ("position x", 9, "position takes no arguments"),
-            ("help dance", 5, "an order, as in `help run until`"),
+            ("help wobble", 5, "not an order; type help for the list"),
+            ("help pres", 5, "not an order; did you mean press? type help for the list"),
             ("help press start", 5, "an order, as in `help run until`"),
             ("run until answer \"\\q\"", 18, "`\\\"`, `\\\\`"),
             ("run until start 1", 10, "`signal start is 1`"),

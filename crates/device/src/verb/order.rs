@@ -309,6 +309,7 @@ impl<'t> Typed<'t> {
                 (words, Some((verb, length))) if words.len() == length => {
                     Ok(Order::Help(Some(verb)))
                 }
+                (words, None) => Err(self.no_order(place, words, names)),
                 _ => Err(self.wrong(place, "an order, as in `help run until`")),
             },
             Verb::Quit => alone(Order::Quit),
@@ -409,6 +410,12 @@ impl<'t> Typed<'t> {
             return self
                 .wrong(self.place(1), "run until idle, run until x 2500 or run until CONDITION");
         }
+        self.no_order(0, words, names)
+    }
+
+    /// These words at this place are no order.
+    fn no_order(self, place: usize, words: &[&str], names: &Names) -> OrderError {
+        let first = words.first().copied().unwrap_or_default();
         let verbs = Verb::all().filter(|verb| verb.is_named() && names.has(*verb));
         let verbs = verbs.map(|verb| verb.name().to_owned());
         let switches = names.signals().iter().filter(|signal| signal.positions.is_some());
@@ -420,6 +427,6 @@ impl<'t> Typed<'t> {
                 format!("not an order; did you mean {}? type help for the list", like.join(" or "))
             }
         };
-        self.wrong(0, right)
+        self.wrong(place, right)
     }
 }
