@@ -246,17 +246,23 @@ fn an_interrupted_replay_leaves_what_was_played_until_then() {
     let played = lines[..lines.len() - 2].join("\n");
     let end = r#"{"at":31556952000000000,"end":"the run has ended"}"#;
     written(path, "long.jsonl", &format!("{played}\n{end}\n"));
-    let mut replay = under_way(path, "replay long.jsonl --plot out.svg --csv out.csv");
-    grown(path, "out.csv", 100_000);
-    assert!(!path.join("out.svg").exists());
-    replay.signal(Signal::TERM);
-    assert_eq!(replay.child.wait().unwrap().code(), Some(130));
-    let svg = read(path, "out.svg");
-    assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
-    let said = read(path, "errors.txt");
-    let at = last_time(&read(path, "out.csv")).to_owned();
-    assert_eq!(said, format!("interrupted: what is drawn ends at {at} s\n"));
-    assert_eq!(read(path, "out.txt"), "");
+    let told = "{\"bytes\":0,\"end\":0,\"equal\":null,\"explanations\":null,\"field\":null,\"inputs\":0,\
+                \"interrupted\":true,\"recording\":\"long.jsonl\",\"said\":null,\"whole\":true}\n";
+    for (replay, told) in [("replay", ""), ("replay --json", told)] {
+        let line = format!("{replay} long.jsonl --plot out.svg --csv out.csv");
+        let mut replay = under_way(path, &line);
+        grown(path, "out.csv", 100_000);
+        assert!(!path.join("out.svg").exists());
+        replay.signal(Signal::TERM);
+        assert_eq!(replay.child.wait().unwrap().code(), Some(130));
+        let svg = read(path, "out.svg");
+        assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
+        let said = read(path, "errors.txt");
+        let at = last_time(&read(path, "out.csv")).to_owned();
+        assert_eq!(said, format!("interrupted: what is drawn ends at {at} s\n"));
+        assert_eq!(read(path, "out.txt"), told);
+        ["out.svg", "out.csv"].iter().for_each(|name| fs::remove_file(path.join(name)).unwrap());
+    }
 }
 
 /// Who ends it before anything has begun, or cannot wait until it has ended, finds nothing that is empty or

@@ -544,8 +544,18 @@ fn an_interrupted_replay_says_how_far_it_has_come() {
         let (_, out, errors) = reading.finish();
         assert_eq!((status.code(), errors.as_str()), (Some(130), ""), "{out}");
         assert_eq!(out, "interrupted: nothing was compared yet, for it was still being read\n");
+        let mut paging = replay(&[&plain[..], &["--html", "page.html"]].concat());
+        paging.signal(Signal::INT);
+        let status = paging.ended();
+        let (_, out, errors) = paging.finish();
+        assert_eq!((status.code(), errors.as_str()), (Some(130), ""), "{out}");
+        assert_eq!(
+            out,
+            "interrupted: nothing was compared yet, for its page was still being written\n"
+        );
+        assert!(!folder.path().join("page.html").exists());
         // It takes a moment until it compares.
-        let compared = (0..).map(Duration::from_millis).find_map(|pause| {
+        let compared = (0..100).map(Duration::from_millis).find_map(|pause| {
             let said = |arguments: &[&str]| {
                 let mut comparing = replay(arguments);
                 drop(comparing.input.take());
@@ -556,19 +566,47 @@ fn an_interrupted_replay_says_how_far_it_has_come() {
                 out
             };
             let out = said(&plain);
-            if out.contains("still being read") {
+            // Nothing was compared until then, or not all of the inputs were given.
+            if !out.contains("equal so far, 8 inputs") {
+                assert!(out.starts_with("interrupted"), "{out}");
                 return None;
             }
-            assert!(
-                out.starts_with("interrupted at ") && out.contains("equal so far, 8 inputs"),
-                "{out}"
-            );
+            assert!(out.starts_with("interrupted at "), "{out}");
             let told: Value = serde_json::from_str(&said(&json)).unwrap();
             assert_eq!((&told["interrupted"], &told["equal"]), (&json!(true), &Value::Null));
-            (told["whole"] == true).then(|| told["inputs"].clone())
+            (told["inputs"] == 8).then(|| told["inputs"].clone())
         });
         assert_eq!(compared, Some(json!(8)));
     }
+}
+
+#[test]
+fn an_interrupted_replay_names_what_differs_already() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = endless(folder.path()).replacen(r#""out":"0""#, r#""out":"1""#, 1);
+    let said = |arguments: &[&str]| {
+        let said = (0..100).map(Duration::from_millis).find_map(|pause| {
+            let mut command = vimc4(folder.path(), &["replay", "-"]);
+            let mut replay = Process::start(command.args(arguments));
+            replay.give(&text);
+            drop(replay.input.take());
+            thread::sleep(pause * 20);
+            replay.signal(Signal::INT);
+            let (code, out, errors) = replay.finish();
+            assert_eq!((code, errors.as_str()), (Some(130), ""), "{out}");
+            // It takes a moment until it has come to where they part.
+            let parted = out.contains("something differs") || out.contains(r#""equal":false"#);
+            parted.then_some(out)
+        });
+        said.unwrap()
+    };
+    let out = said(&[]);
+    assert!(out.starts_with("interrupted at ") && out.contains(": something differs\n"), "{out}");
+    assert!(out.contains("They part after 0 bytes that are equal, at line 4:\n"), "{out}");
+    let told: Value = serde_json::from_str(&said(&["--json"])).unwrap();
+    assert_eq!((&told["equal"], &told["explanations"]), (&json!(false), &Value::Null));
+    assert_eq!((&told["said"]["before"], &told["said"]["line"]), (&json!(0), &json!(4)), "{told}");
+    assert_eq!(told["field"], Value::Null);
 }
 
 // --- the tap ---

@@ -323,29 +323,46 @@ fn a_job_that_asks_the_operator() -> Outcome {
     Ok(())
 }
 
-/// What showed how far the files are is gone before the report comes, and does not come back.
-fn behind_the_report_of_an_interrupted_run_is_no_progress() -> Outcome {
+/// What showed how far the files are is gone before it is said that they end, and does not come back.
+fn behind_what_an_interrupted_run_says_is_no_progress() -> Outcome {
     let tmux = Tmux::start(120, 24);
     let path = |name: &str| tmux.folder.path().join(name).display().to_string();
     fs::write(
         path("round.txt"),
         "0400,2000,0,900,0,900,0,900\n0-400,2000,0,900,0,900,0,900\n3 0,-2\n9\n",
     )?;
-    let seen = path("seen");
-    tmux.run(&["pipe-pane", "-t", "t", &format!("cat > {seen}")]);
-    let (csv, perfetto) = (path("o.csv"), path("o.pf"));
-    let run = format!("run {} --machine mill --for 10000h", path("round.txt"));
-    tmux.command(&format!("{VIMC4} {run} --csv {csv} --perfetto {perfetto}; echo ended $?"));
-    tmux.wait_for("o.csv: ");
-    tmux.press(&["C-c"]);
-    tmux.wait("the end", |screen| screen.contains("ended 130"));
-    let mut behind = String::new();
-    process::until("all of it is written down", || {
-        let all = String::from_utf8_lossy(&fs::read(&seen).unwrap_or_default()).into_owned();
-        behind = all.split_once("it was interrupted").map_or(String::new(), |all| all.1.to_owned());
-        behind.contains("ended 130")
-    });
-    assert!(!behind.contains("MB"), "{behind:?}");
+    let run = format!("run {} --machine mill", path("round.txt"));
+    let short = path("short.jsonl");
+    tmux.command(&format!("{VIMC4} {run} --for 1s --record {short} > {}; echo made", path("said")));
+    tmux.wait("a recording", |screen| screen.contains("\nmade"));
+    // The same, but its end comes in thirty years.
+    let recording = fs::read_to_string(&short)?;
+    let begin = recording.trim_end().rsplit_once('\n').map_or("", |(begin, _)| begin);
+    let end = r#"{"at":1000000000000000000,"end":"the run has ended"}"#;
+    fs::write(path("long.jsonl"), format!("{begin}\n{end}\n"))?;
+    let replay = format!("replay {}", path("long.jsonl"));
+    for (line, said) in [
+        (format!("{run} --for 10000h"), "it was interrupted"),
+        (replay, "interrupted: what is drawn ends"),
+    ] {
+        tmux.command("clear");
+        let seen = path("seen");
+        let _ = fs::remove_file(&seen);
+        tmux.run(&["pipe-pane", "-t", "t", &format!("cat > {seen}")]);
+        let (csv, perfetto) = (path("o.csv"), path("o.pf"));
+        tmux.command(&format!("{VIMC4} {line} --csv {csv} --perfetto {perfetto}; echo ended $?"));
+        tmux.wait_for("o.csv: ");
+        tmux.press(&["C-c"]);
+        tmux.wait("the end", |screen| screen.contains("ended 130"));
+        let mut behind = String::new();
+        process::until("all of it is written down", || {
+            let all = String::from_utf8_lossy(&fs::read(&seen).unwrap_or_default()).into_owned();
+            behind = all.split_once(said).map_or(String::new(), |all| all.1.to_owned());
+            behind.contains("ended 130")
+        });
+        tmux.run(&["pipe-pane", "-t", "t"]);
+        assert!(!behind.contains("MB"), "{behind:?}");
+    }
     Ok(())
 }
 
@@ -362,7 +379,7 @@ fn main() -> ExitCode {
         ("another size is drawn at once", another_size_is_drawn_at_once),
         (
             "an interrupted run leaves no progress",
-            behind_the_report_of_an_interrupted_run_is_no_progress,
+            behind_what_an_interrupted_run_says_is_no_progress,
         ),
         ("Ctrl-Z and fg", ctrl_z_gives_the_terminal_back_and_fg_comes_back),
         ("ended from outside", who_ends_it_from_outside_gets_the_terminal_back),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 use vimc4_device::{Event, Time, escape};
-use vimc4_timeline::recording::{Difference, Said, SaidDifference, Told};
+use vimc4_timeline::recording::{Difference, FieldDifference, Said, SaidDifference, Told};
 
 use crate::text::{shortened, shown_in_line};
 
@@ -30,20 +30,7 @@ pub(super) fn led(difference: Option<&Difference>, names: Names<'_>) -> String {
     let Some(difference) = difference else { return String::new() };
     let mut card = String::new();
     if let Some(field) = &difference.field {
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            card,
-            "First field of the state that differs, found at {} (line {}):\n  {}",
-            seconds(field.at),
-            field.line,
-            field.field
-        );
-        for (name, value) in names.iter().zip([&field.one, &field.other]) {
-            let _ = writeln!(card, "  {name:<9} {}", self::value(value));
-        }
-        if let Some(command) = &field.command {
-            let _ = writeln!(card, "  {:<9} {}", "in", told(command));
-        }
+        card += &field_card(field, names);
     }
     let sides = [&difference.one, &difference.other];
     let both = difference.one == difference.other;
@@ -55,6 +42,26 @@ pub(super) fn led(difference: Option<&Difference>, names: Names<'_>) -> String {
         for event in &side.told {
             let _ = writeln!(card, "  {:>16}  {}", seconds(event.at), told(event));
         }
+    }
+    card
+}
+
+/// The first field that differs.
+pub(super) fn field_card(field: &FieldDifference, names: Names<'_>) -> String {
+    let mut card = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        card,
+        "First field of the state that differs, found at {} (line {}):\n  {}",
+        seconds(field.at),
+        field.line,
+        field.field
+    );
+    for (name, value) in names.iter().zip([&field.one, &field.other]) {
+        let _ = writeln!(card, "  {name:<9} {}", self::value(value));
+    }
+    if let Some(command) = &field.command {
+        let _ = writeln!(card, "  {:<9} {}", "in", told(command));
     }
     card
 }

@@ -23,26 +23,29 @@ use crate::waves::{Sheets, Waves};
 use vimc4_answers::profiles::known;
 
 /// A controller that does again what was recorded, and is drawn.
-struct Drawing {
+struct Drawing<'s> {
     player: Player<PlayedDevice>,
     site: Site,
     pacing: Pacing,
     names: Names,
     /// What waveforms are drawn on, until that begins.
     sheets: Option<Sheets>,
-    drawn: Drawn,
+    drawn: Drawn<'s>,
 }
+
+/// Says what there is to say when somebody has asked for the end.
+type Say<'s> = &'s dyn Fn() -> Result<(), Failure>;
 
 /// What is drawn of it.
 #[derive(Default)]
-struct Drawn {
+struct Drawn<'s> {
     waves: Option<Waves>,
     picture: Option<Picture>,
-    /// Whether somebody asks for the end, if that is heeded.
-    ending: Option<InOrder>,
+    /// Whether somebody asks for the end, if that is heeded, and what else is said then.
+    ending: Option<(InOrder, Say<'s>)>,
 }
 
-impl Drawn {
+impl Drawn<'_> {
     /// What came out, and the device now. If somebody asks for the end, everything ends here.
     fn see(&mut self, device: &PlayedDevice, outputs: &VecDeque<Output>) {
         if let Some(waves) = &mut self.waves {
@@ -55,14 +58,10 @@ impl Drawn {
                 }
             }
         }
-        if let Some(ending) = self.ending.take_if(|ending| ending.is_asked()) {
-            let text = format!("interrupted: what is drawn ends at {}", seconds(device.now()));
-            // Whoever closed standard error does not want to know.
-            let _ = writeln!(io::stderr(), "{text}");
-            if let Err(failure) = mem::take(self).finish(device) {
-                failure.report();
-            }
-            ending.done();
+        if self.ending.as_ref().is_some_and(|(ending, _)| ending.is_asked())
+            && let Err(failure) = mem::take(self).finish(device)
+        {
+            failure.report();
         }
     }
 
@@ -82,16 +81,26 @@ impl Drawn {
         let waves = self.waves.map_or(Ok(()), |waves| waves.finish(now));
         let counters = device.position(now);
         let picture = self.picture.map_or(Ok(()), |picture| picture.finish(now, &counters));
-        waves.and(picture)?;
-        if let Some(ending) = self.ending {
+        let written = waves.and(picture);
+        let Some((ending, say)) = self.ending else { return written };
+        if ending.is_asked() {
+            // What shows how far the files are is gone from the terminal by now.
+            let text = format!("interrupted: what is drawn ends at {}", seconds(now));
+            // Whoever closed standard error does not want to know.
+            let _ = writeln!(io::stderr(), "{text}");
+            for failed in [written, say()] {
+                failed.err().map(Failure::report);
+            }
             ending.done();
+            return Ok(());
         }
-        Ok(())
+        ending.done();
+        written
     }
 }
 
-impl Drawing {
-    fn new(site: Site, sort: LineSort, sheets: Option<Sheets>) -> Result<Drawing, Failure> {
+impl<'s> Drawing<'s> {
+    fn new(site: Site, sort: LineSort, sheets: Option<Sheets>) -> Result<Drawing<'s>, Failure> {
         let player = site.player()?;
         let pacing = if sort == LineSort::Paced { Pacing::Paced } else { Pacing::Ideal };
         let names = Names::of(player.device());
@@ -100,13 +109,13 @@ impl Drawing {
     }
 
     /// Is drawn as a picture, too.
-    fn pictured(mut self, picture: Option<Picture>) -> Drawing {
+    fn pictured(mut self, picture: Option<Picture>) -> Drawing<'s> {
         self.drawn.picture = picture;
         self.watching()
     }
 
     /// Watches what is drawn.
-    fn watching(self) -> Drawing {
+    fn watching(self) -> Drawing<'s> {
         let waves = self.sheets.as_ref().map_or(Kinds::NONE, |_| Waves::KINDS);
         let picture = self.drawn.picture.as_ref().map_or(Kinds::NONE, |_| Picture::KINDS);
         Drawing { player: self.player.watching(waves.and(picture)), ..self }
@@ -168,7 +177,7 @@ impl Drawing {
 }
 
 /// Draws a whole recording, played into a controller, as waveforms and as a picture. If somebody asks for the
-/// end, both end there, and with them the program.
+/// end, both end there, `interrupted` says what else there is to say, and the program ends.
 ///
 /// # Errors
 ///
@@ -179,12 +188,13 @@ pub(super) fn draw(
     sheets: Option<Sheets>,
     picture: Option<Picture>,
     unplayable: &dyn Fn(StateError) -> Failure,
+    interrupted: Say<'_>,
 ) -> Result<(), Failure> {
     if sheets.is_none() && picture.is_none() {
         return Ok(());
     }
     let mut drawing = Drawing::new(site.clone(), recording.head.line, sheets)?.pictured(picture);
-    drawing.drawn.ending = Some(InOrder::begin());
+    drawing.drawn.ending = Some((InOrder::begin(), interrupted));
     for entry in &recording.entries {
         drawing.take(entry, unplayable)?;
     }
@@ -248,7 +258,7 @@ impl Live {
     }
 }
 
-fn follow(mut drawing: Drawing, told: &Receiver<Told>) -> Result<(), Failure> {
+fn follow(mut drawing: Drawing<'_>, told: &Receiver<Told>) -> Result<(), Failure> {
     let mut last = Time::ZERO;
     while let Ok(told) = told.recv() {
         let (at, what) = match told {

@@ -8,10 +8,10 @@ use std::time::Duration;
 use serde_json::json;
 use vimc4_device::Time;
 use vimc4_timeline::recording::{
-    Aside, Divergence, Entry, Recording, SoFar, Tolerance, WALL, What, check, part,
+    Aside, Divergence, Entry, Recording, Said, SoFar, Tolerance, WALL, What, check, part,
 };
 
-use super::card::{card, seconds};
+use super::card::{card, field_card, said_card, seconds};
 use super::controller::{Other, Site};
 use super::drawn;
 use super::file;
@@ -75,15 +75,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     #[cfg(feature = "api")]
     let outputs = outputs.chain(arguments.html.as_deref());
     none_twice([arguments.file.as_path()], outputs)?;
-    #[cfg(feature = "api")]
-    if let Some(out) = &arguments.html {
-        super::page::write(&arguments.file, out)?;
-    }
     let mut ending = Some(InOrder::begin());
+    #[cfg(feature = "api")]
+    if let Some(out) = arguments.html.clone() {
+        let path = arguments.file.clone();
+        match endings::unless_asked(move || super::page::write(&path, &out)) {
+            Some(written) => written?,
+            None => {
+                heed(&mut ending, || {
+                    not_begun(arguments, None, "its page was still being written")
+                });
+                return Ok(INTERRUPTED.into());
+            }
+        }
+    }
     let path = arguments.file.clone();
     let Some(recording) = endings::unless_asked(move || file::read(&path)) else {
-        let nothing = SoFar { inputs: 0, bytes: 0, at: Time::ZERO, differs: false };
-        heed(&mut ending, || broken_off(arguments, None, nothing));
+        heed(&mut ending, || not_begun(arguments, None, "it was still being read"));
         return Ok(INTERRUPTED.into());
     };
     let recording = recording?;
@@ -98,9 +106,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let frame = drawing::frame(&arguments.file, &other.model, &other.machine);
     let picture = arguments.pictured.begin(frame)?;
     let sheets = arguments.drawn.open(None)?;
-    drawn::draw(&recording, &other, sheets, picture, &unplayable)?;
+    // Otherwise it is said up to where it is drawn, and that is all.
+    let interrupted = || match arguments.json {
+        true => not_begun(arguments, Some(&recording), ""),
+        false => Ok(()),
+    };
+    drawn::draw(&recording, &other, sheets, picture, &unplayable, &interrupted)?;
     ending = Some(InOrder::begin());
-    let mut seen = |so_far| heed(&mut ending, || broken_off(arguments, Some(&recording), so_far));
+    let names = names(&recording, &other);
+    let mut seen = |so_far: SoFar<'_>| {
+        heed(&mut ending, || broken_off(arguments, &recording, so_far, names));
+    };
     let read = |written: &_| site.read(written);
     // What a real controller has said is compared with whichever controller is named.
     let played = if other.is_recorded() || recording.head.clock == WALL {
@@ -113,10 +129,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         part(&recording, players.0, players.1, &aside, [&read, &there], &mut seen)
     };
     let played = played.map_err(unplayable)?;
-    let say = |causes: &[String], is_whole| {
-        report(arguments, &recording, &other, &played, causes, is_whole)
-    };
-    let mut seen = |_| heed(&mut ending, || say(&[], false));
+    let say = |causes| report(arguments, &recording, names, &played, causes);
+    let mut seen = |_: SoFar<'_>| heed(&mut ending, || say(None));
     let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {
         true if other.is_recorded() => causes(&recording, &site, tolerance, &mut seen),
         _ => Vec::new(),
@@ -124,7 +138,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if (arguments.drawn.files().chain(arguments.pictured.files())).next().is_some() {
         say_of_going_back(&recording);
     }
-    say(&causes, true)?;
+    say(Some(&causes))?;
     ending.into_iter().for_each(InOrder::done);
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -139,36 +153,77 @@ fn heed(ending: &mut Option<InOrder>, say: impl FnOnce() -> Result<(), Failure>)
     }
 }
 
-/// Says how far a comparison has come that goes no further; without a recording it was still being read.
-fn broken_off(
+/// What the sides of a comparison are called.
+fn names(recording: &Recording, other: &Site) -> [&'static str; 2] {
+    match other.is_recorded() || recording.head.clock == WALL {
+        true => ["recorded", "played"],
+        false => ["recorded", "other"],
+    }
+}
+
+/// Says that a comparison has not begun, and why; without a recording it is not known yet.
+fn not_begun(
     arguments: &Arguments,
     recording: Option<&Recording>,
-    so_far: SoFar,
+    why: &str,
 ) -> Result<(), Failure> {
-    let SoFar { inputs, bytes, at, differs } = so_far;
     if arguments.json {
-        let report = json!({
-            "recording": text::name(&arguments.file),
-            "interrupted": true,
-            "equal": differs.then_some(false),
-            "inputs": inputs,
-            "bytes": bytes,
-            "end": at,
-            "whole": recording.map(Recording::is_whole),
-        });
-        return output::print(&format!("{report}\n"));
+        let nothing = SoFar { inputs: 0, bytes: 0, at: Time::ZERO, said: None, field: None };
+        return json(arguments, recording, None, nothing, None);
     }
-    let how_far = match recording {
-        None => ": nothing was compared yet, for it was still being read".to_owned(),
-        Some(_) => {
-            let outcome = match differs {
-                true => "something differs".to_owned(),
-                false => format!("equal so far, {}", compared(inputs, bytes)),
-            };
-            format!(" at {}: {outcome}", seconds(at))
-        }
+    output::print(&format!("interrupted: nothing was compared yet, for {why}\n"))
+}
+
+/// Says how far a comparison has come that goes no further.
+fn broken_off(
+    arguments: &Arguments,
+    recording: &Recording,
+    so_far: SoFar<'_>,
+    names: [&str; 2],
+) -> Result<(), Failure> {
+    let SoFar { inputs, bytes, at, said, field } = so_far;
+    let differs = said.is_some() || field.is_some();
+    if arguments.json {
+        return json(arguments, Some(recording), differs.then_some(false), so_far, None);
+    }
+    let outcome = match differs {
+        true => "something differs".to_owned(),
+        false => format!("equal so far, {}", compared(inputs, bytes)),
     };
-    output::print(&format!("interrupted{how_far}\n"))
+    let said = said.map(|said| said_card(said, names)).unwrap_or_default();
+    let field = field.map(|field| field_card(field, names)).unwrap_or_default();
+    output::print(&format!("interrupted at {}: {outcome}\n{said}{field}", seconds(at)))
+}
+
+/// Prints what a comparison has found as JSON. What is not known is null: without `causes` it was
+/// interrupted.
+fn json(
+    arguments: &Arguments,
+    recording: Option<&Recording>,
+    equal: Option<bool>,
+    found: SoFar<'_>,
+    causes: Option<&[String]>,
+) -> Result<(), Failure> {
+    let side = |said: Option<Said>| said.map(|said| json!({ "at": said.at, "byte": said.byte }));
+    let report = json!({
+        "recording": text::name(&arguments.file),
+        "interrupted": causes.is_none(),
+        "equal": equal,
+        "inputs": found.inputs,
+        "bytes": found.bytes,
+        "end": found.at,
+        "whole": recording.map(Recording::is_whole),
+        "said": found.said.map(|said| json!({
+            "before": said.before, "line": said.line,
+            "one": side(said.one), "other": side(said.other),
+        })),
+        "field": found.field.map(|field| json!({
+            "at": field.at, "line": field.line, "field": field.field,
+            "one": field.one, "other": field.other,
+        })),
+        "explanations": causes,
+    });
+    output::print(&format!("{report}\n"))
 }
 
 /// `8 inputs and 1 byte`.
@@ -198,7 +253,7 @@ fn causes(
     recording: &Recording,
     site: &Site,
     tolerance: Tolerance,
-    seen: &mut dyn FnMut(SoFar),
+    seen: &mut dyn FnMut(SoFar<'_>),
 ) -> Vec<String> {
     let mut candidates: Vec<(String, Site)> = Vec::new();
     for (quirk, values) in vimc4_catalogue::quirks(&site.model) {
@@ -219,43 +274,22 @@ fn causes(
     candidates.into_iter().filter_map(explains).collect()
 }
 
-/// Says what the comparison has found, and whether it was whole, with all that would explain it.
+/// Says what the comparison has found, with all that would explain it, unless that was still being looked
+/// for when it was interrupted.
 fn report(
     arguments: &Arguments,
     recording: &Recording,
-    other: &Site,
+    names: [&str; 2],
     played: &Divergence,
-    causes: &[String],
-    is_whole: bool,
+    causes: Option<&[String]>,
 ) -> Result<(), Failure> {
-    let name = text::name(&arguments.file);
     let exact = recording.head.clock != WALL;
     if arguments.json {
-        let found = played.difference.as_ref();
-        let said = found.and_then(|found| found.said.as_ref());
-        let field = found.and_then(|found| found.field.as_ref());
-        let side = |said: Option<vimc4_timeline::recording::Said>| {
-            said.map(|said| json!({ "at": said.at, "byte": said.byte }))
-        };
-        let report = json!({
-            "recording": name,
-            "interrupted": !is_whole,
-            "equal": found.is_none(),
-            "inputs": played.inputs,
-            "bytes": played.bytes,
-            "end": played.end,
-            "whole": recording.is_whole(),
-            "said": said.map(|said| json!({
-                "before": said.before, "line": said.line,
-                "one": side(said.one), "other": side(said.other),
-            })),
-            "field": field.map(|field| json!({
-                "at": field.at, "line": field.line, "field": field.field,
-                "one": field.one, "other": field.other,
-            })),
-            "explanations": causes,
-        });
-        return output::print(&format!("{report}\n"));
+        let Divergence { difference, bytes, inputs, end } = played;
+        let said = difference.as_ref().and_then(|found| found.said.as_ref());
+        let field = difference.as_ref().and_then(|found| found.field.as_ref());
+        let found = SoFar { inputs: *inputs, bytes: *bytes, at: *end, said, field };
+        return json(arguments, Some(recording), Some(difference.is_none()), found, causes);
     }
     let mut said = String::new();
     if let Some(line) = recording.torn {
@@ -274,17 +308,13 @@ fn report(
         }
         None => said += &format!("equal: {compared}, each within the tolerance\n"),
         Some(difference) => {
-            let names = match other.is_recorded() || !exact {
-                true => ["recorded", "played"],
-                false => ["recorded", "other"],
-            };
             said += &card(difference, names);
-            for cause in causes {
+            for cause in causes.unwrap_or_default() {
                 said += &format!("{cause} would explain it\n");
             }
         }
     }
-    if !is_whole {
+    if causes.is_none() {
         said += "interrupted: what would explain it was still being looked for\n";
     }
     output::print(&said)

@@ -96,16 +96,18 @@ pub struct Divergence {
 }
 
 /// How far a comparison has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SoFar {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoFar<'a> {
     /// How many inputs were given.
     pub inputs: u64,
     /// How many bytes came out, equal on both sides.
     pub bytes: u64,
     /// How far time has come.
     pub at: Time,
-    /// Whether something differs already: then what else differs is still looked for.
-    pub differs: bool,
+    /// The first byte that differs, if one does already: then what else differs is still looked for.
+    pub said: Option<&'a SaidDifference>,
+    /// The first field of the state that differs, if one does already.
+    pub field: Option<&'a FieldDifference>,
 }
 
 /// Reads a state, or says why it cannot be read.
@@ -176,7 +178,7 @@ pub fn check<D: Device + Clone>(
     mut player: Player<D>,
     tolerance: Tolerance,
     state: Read<'_, D>,
-    seen: &mut dyn FnMut(SoFar),
+    seen: &mut dyn FnMut(SoFar<'_>),
 ) -> Result<Divergence, StateError> {
     let mut recorded = VecDeque::new();
     let (mut count, mut field, mut other) = (Count::default(), None, None);
@@ -184,9 +186,10 @@ pub fn check<D: Device + Clone>(
     let last = recording.entries.len().saturating_sub(1);
     for (place, entry) in recording.entries.iter().enumerate() {
         let begun = player.has_begun();
-        let (bytes, differs) = (count.equal, count.found.is_some() || field.is_some());
+        let bytes = count.equal;
+        let (said, differing) = (count.found.as_ref(), field.as_ref());
         player.play_seen(entry, state, &mut |device, _| {
-            seen(SoFar { inputs, bytes, at: device.now(), differs });
+            seen(SoFar { inputs, bytes, at: device.now(), said, field: differing });
         })?;
         let mut missing = [false, false];
         match &entry.what {
@@ -331,14 +334,16 @@ pub fn part<D: Device + Clone>(
     mut other: Player<D>,
     aside: &Aside<'_, D>,
     states: [Read<'_, D>; 2],
-    seen: &mut dyn FnMut(SoFar),
+    seen: &mut dyn FnMut(SoFar<'_>),
 ) -> Result<Divergence, StateError> {
     let (mut count, mut field, mut sides) = (Count::default(), None, None);
     let mut inputs = 0;
     let last = recording.entries.len().saturating_sub(1);
     for (place, entry) in recording.entries.iter().enumerate() {
-        let (bytes, differs) = (count.equal, count.found.is_some() || field.is_some());
-        let mut see = |device: &D| seen(SoFar { inputs, bytes, at: device.now(), differs });
+        let bytes = count.equal;
+        let (said, differing) = (count.found.as_ref(), field.as_ref());
+        let mut see =
+            |device: &D| seen(SoFar { inputs, bytes, at: device.now(), said, field: differing });
         one.play_seen(entry, states[0], &mut |device, _| see(device))?;
         other.play_seen(entry, states[1], &mut |device, _| see(device))?;
         inputs += u64::from(matches!(entry.what, What::Given { .. }));
