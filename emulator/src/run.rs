@@ -33,13 +33,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     endings::heed()?;
     arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
-    if history::is_recording(&arguments.file, &bytes) {
-        let name = text::name(&arguments.file);
-        return Err(Failure::usage(format!(
-            "{name} is a recording; `vimc4 replay {name}` plays it again, `vimc4 console {name}` \
-             looks at it"
-        )));
-    }
+    history::no_recording(&arguments.file, &bytes)?;
     arguments.setup.heed(&arguments.file, &bytes)?;
     let model = vimc4::model(arguments.setup.model())?;
     let machine = vimc4::machine(arguments.setup.machine())?;

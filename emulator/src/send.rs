@@ -29,6 +29,7 @@ use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown
 use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
+use crate::recording::history;
 use crate::run::report::seconds;
 use vimc4_script::{Kind, Script, ScriptLine, is_job, readable, suits};
 
@@ -113,6 +114,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let bytes = arguments.job.bytes()?;
+    history::no_recording(&arguments.job.file, &bytes)?;
     arguments.job.setup.heed(&arguments.job.file, &bytes)?;
     let arguments = &arguments;
     let job = &arguments.job;

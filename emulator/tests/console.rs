@@ -193,6 +193,54 @@ fn a_recording_is_opened_and_not_run() {
     }
 }
 
+/// Whichever way a file is opened, it is told what it is.
+#[test]
+fn what_is_no_program_is_told_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let shell = |line: &str| {
+        let line = line.replace("vimc4", VIMC4);
+        let mut command = Command::new("sh");
+        let output = command.args(["-c", &line]).current_dir(folder.path()).output().unwrap();
+        (output.status.code(), text(&output.stderr))
+    };
+    let limit = fs::read(root().join("examples/limit.jsonl")).unwrap();
+    for (name, bytes) in [
+        ("limit.jsonl", limit),
+        ("typo.txt", b"MOVABS X10\nMOVABS X20\n".to_vec()),
+        ("list.txt", b"@07\n@0P\n".to_vec()),
+        ("field.txt", b"; axes: 7\n71\n9\n".to_vec()),
+    ] {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let packed = shell("gzip -k list.txt limit.jsonl && mv limit.jsonl.gz limit.packed");
+    assert_eq!(packed.0, Some(0), "{}", packed.1);
+    let runs = "vimc4 run {}; vimc4 send {} --to /dev/null";
+    let opened = "vimc4 run {}; vimc4 console {} < /dev/null; vimc4 send {} --to /dev/null";
+    for (line, name, told) in [
+        (runs, "limit.jsonl", "limit.jsonl is a recording"),
+        (runs, "limit.packed", "limit.packed is a recording"),
+        (opened, "list.txt.gz", "list.txt.gz is packed with gzip"),
+        (opened, "typo.txt", "typo.txt begins with MOVABS"),
+        (
+            opened,
+            "field.txt --model smcu",
+            "field.txt is a data field, and the smcu does not speak",
+        ),
+    ] {
+        for line in line.replace("{}", name).split("; ") {
+            let (code, err) = shell(line);
+            assert!(code == Some(2) && err.contains(told), "{line}: {err}");
+            assert!(
+                name != "typo.txt" || err.contains("perhaps MOVEABS is meant"),
+                "{line}: {err}"
+            );
+        }
+    }
+    let (_, err) = shell("vimc4 run - < limit.jsonl");
+    assert!(err.contains("standard input is a recording"), "{err}");
+    assert!(err.contains("`vimc4 replay -` plays it again"), "{err}");
+}
+
 #[test]
 fn what_is_no_file_and_no_model_is_wrong_usage() {
     for (arguments, wanted) in [

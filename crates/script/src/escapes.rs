@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 const ESC: u8 = 0x1B;
+const BEL: u8 = 0x07;
 
 /// Whether the escape sequence of a plotter begins here: ESC, a point and a character.
 fn is_plotters(bytes: &[u8]) -> bool {
@@ -25,6 +26,16 @@ fn sequence(bytes: &[u8]) -> usize {
             let numbers = count(behind, |byte| (b' '..=b'?').contains(byte));
             let ends = behind.get(numbers).is_some_and(|byte| (b'@'..=b'~').contains(byte));
             2 + numbers + usize::from(ends)
+        }
+        // A terminal's with text, such as the title of its window, up to BEL or ESC and a backslash.
+        [ESC, b']', behind @ ..] => {
+            let text = count(behind, |byte| !byte.is_ascii_control());
+            let end = match behind.get(text..).unwrap_or_default() {
+                [BEL, ..] => 1,
+                [ESC, b'\\', ..] => 2,
+                _ => return 2,
+            };
+            2 + text + end
         }
         // A printer's: a chain of small letters and values, and a capital one at its end.
         [ESC, b'!'..=b'/', behind @ ..] => {
@@ -93,6 +104,8 @@ mod tests {
             "\x1B[31m",
             "\x1B[1;31m",
             "\x1B[K",
+            "\x1B]0;the wörkshop\x07",
+            "\x1B]8;;file:///x\x1B\\",
             " \0\x0C\x1BE\r\n",
         ] {
             for text in ["IN;", "@07", "71", ""] {

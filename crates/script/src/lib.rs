@@ -4,7 +4,7 @@
 
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
-use vimc4_ncp::language::{BYTE_ORDER_MARK, decode};
+use vimc4_ncp::language::{BYTE_ORDER_MARK, decode, meant};
 
 mod escapes;
 mod readable;
@@ -117,7 +117,20 @@ impl Script {
                 Err("a stream of commands has some such as PA1000,2000;")
             }
             Some(script) => Ok(script),
-            None => Script::parse(bytes).ok_or(BEGINNINGS),
+            None => {
+                let text = decode(bytes);
+                if let Some(word) =
+                    sort::first(&text).and_then(sort::word).filter(|_| !is_job(bytes))
+                {
+                    let meant = meant(word).map(|meant| format!("perhaps {meant} is meant; "));
+                    return Err(format!(
+                        "{name} begins with {word}, which no file for the {} does; {}{BEGINNINGS}",
+                        handling.model().name(),
+                        meant.unwrap_or_default()
+                    ));
+                }
+                Script::parse(bytes).ok_or(BEGINNINGS)
+            }
         };
         script.map_err(|right| format!("{name} holds no command; {right}"))
     }
@@ -157,6 +170,7 @@ impl Script {
     /// says anything behind its escape sequences.
     pub fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
+        let bytes = before_end_mark(bytes);
         let mut lines = Vec::new();
         let (mut axes, mut model, mut machine) = (None, None, None);
         for (number, line) in (1..).zip(split(bytes)) {
@@ -181,9 +195,7 @@ impl Script {
 
     /// Whether it begins as the lines of a program do: one character, and numbers behind it.
     pub fn looks_stored(&self) -> bool {
-        let first = self.lines.first().map(|line| line.bytes.trim_ascii()).unwrap_or_default();
-        let number = |byte: &u8| byte.is_ascii_digit() || b" ,-".contains(byte);
-        first.split_first().is_some_and(|(_, rest)| rest.iter().all(number))
+        self.lines.first().is_some_and(|line| sort::is_stored(&decode(&line.bytes)))
     }
 }
 
@@ -205,6 +217,14 @@ fn breaks(text: &[u8]) -> usize {
     let next = text.iter().skip(1).map(Some).chain([None]);
     let ends = text.iter().zip(next);
     ends.filter(|(byte, next)| **byte == b'\n' || **byte == b'\r' && *next != Some(&b'\n')).count()
+}
+
+/// A text without the Ctrl-Z that old systems end it with, and what fills it up behind that.
+pub(crate) fn before_end_mark(text: &[u8]) -> &[u8] {
+    let is_end = |byte: &u8| matches!(byte, 0 | 0x1A | b'\r' | b'\n');
+    let end = text.iter().rposition(|byte| !is_end(byte)).map_or(0, |last| last + 1);
+    let filled = text.iter().skip(end).position(|byte| *byte == 0x1A);
+    filled.and_then(|mark| text.get(..end + mark)).unwrap_or(text)
 }
 
 /// The lines of a text, however they end.
@@ -246,6 +266,26 @@ mod tests {
         ] {
             assert_eq!(parse(text.as_bytes()), expected, "{text:?}");
         }
+    }
+
+    #[test]
+    fn the_end_mark_of_old_systems_ends_it() {
+        let handling = Handling::of(&vimc4_catalogue::model("imc4").unwrap());
+        for (text, kind) in [("@07\n@0P", Kind::Commands), ("71\n9", Kind::DataField)] {
+            for end in [
+                "\x1A",
+                "\n\x1A",
+                "\r\n\x1A\x1A",
+                "\n\x1A\r\n",
+                &format!("\x1A{}", "\0".repeat(99)),
+            ] {
+                let script = Script::of("x", format!("{text}{end}").as_bytes(), &handling).unwrap();
+                let lines: Vec<String> = script.lines.iter().map(ScriptLine::text).collect();
+                assert_eq!((script.kind, lines.join("\n")), (kind, text.to_owned()), "{end:?}");
+            }
+        }
+        // It ends nothing where more follows, and NULs alone are none.
+        assert_eq!(before_end_mark(b"@07\x1A\n@0P\0\n"), b"@07\x1A\n@0P\0\n");
     }
 
     #[test]

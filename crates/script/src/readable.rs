@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use vimc4_catalogue::Handling;
 
+use crate::before_end_mark;
 use crate::sort::{BEGINNINGS, is_comment, is_job, is_plot};
 
 /// How many bytes at the beginning of a file show what it is.
@@ -18,6 +19,10 @@ const LABEL_MAX: usize = 256;
 ///
 /// What it is, and what would be right, as a sentence.
 pub fn readable(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), String> {
+    if let Some(packed) = packed(bytes) {
+        return Err(format!("{name} is packed with {packed}; unpack it first"));
+    }
+    let bytes = before_end_mark(bytes);
     let is_line_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
     let counts: Cow<'_, [u8]> = match handling.takes_stream {
         // NULs separate the commands of a plot, and it may be filled up with them.
@@ -46,6 +51,13 @@ pub fn readable(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), Str
         false => BEGINNINGS,
     };
     Err(format!("{name} is binary, {what}: it has no commands that could be sent; {right}"))
+}
+
+/// What a file is packed with, if something has.
+fn packed(bytes: &[u8]) -> Option<&'static str> {
+    let packers: [(&[u8], _); 3] =
+        [(b"\x1F\x8B", "gzip"), (b"\x28\xB5\x2F\xFD", "zstd"), (b"PK\x03\x04", "zip")];
+    packers.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, packer)| *packer)
 }
 
 /// Whether this is not a text: more than one byte in ten is a control character that no text has, or
@@ -135,6 +147,23 @@ mod tests {
             [b"IMF_PBL_V1.0\n; ", &cyrillic[..]].concat(),
         ] {
             assert!(!refused(&text)[1], "{}", escape(&text));
+        }
+    }
+
+    #[test]
+    fn what_is_packed_is_told_as_such() {
+        // The text within may be as it was.
+        let zip =
+            b"PK\x03\x04\x0A\0\0\0\0\0@07\n@0P\nIN;PA1,2;@07\n@0P\nIN;PA1,2;@07\n@0P\nIN;PA1,2;\n";
+        for (mark, packer) in
+            [(&b"\x1F\x8B\x08"[..], "gzip"), (zip, "zip"), (b"\x28\xB5\x2F\xFD", "zstd")]
+        {
+            for name in ["smcu", "imc4"] {
+                let handling =
+                    Handling::of(&vimc4_catalogue::model(name).expect("a built-in model"));
+                let said = readable("x", mark, &handling);
+                assert_eq!(said, Err(format!("x is packed with {packer}; unpack it first")));
+            }
         }
     }
 

@@ -23,6 +23,25 @@ pub fn is_job(bytes: &[u8]) -> bool {
     })
 }
 
+/// Whether a line is as those of a data field are: a digit or a letter, and numbers behind it.
+pub(crate) fn is_stored(line: &str) -> bool {
+    let mut characters = line.trim().chars();
+    let code = characters.next().is_some_and(|code| code.is_ascii_alphanumeric());
+    code && characters.all(|c| c.is_ascii_digit() || " \t,-".contains(c))
+}
+
+/// The word that a line begins with, which no line of a command list or a data field does: their codes are
+/// one character each. It may be behind the number of a line, as in jobs.
+pub(crate) fn word(line: &str) -> Option<&str> {
+    let behind = line.strip_prefix(['N', 'n']).map(|rest| rest.trim_start_matches(' '));
+    let behind = behind.filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+    let behind =
+        behind.map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' '));
+    let line = behind.unwrap_or(line);
+    let end = line.find(|c: char| !c.is_ascii_alphabetic() && c != '_').unwrap_or(line.len());
+    line.get(..end).filter(|word| word.len() > 1)
+}
+
 /// What files for controllers of isel begin with.
 pub(crate) const BEGINNINGS: &str = "a command list begins with a line such as @07, a data field with one \
                                      such as 71, a job with IMF_PBL";
@@ -36,10 +55,14 @@ pub(crate) const BEGINNINGS: &str = "a command list begins with a line such as @
 pub fn suits(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), String> {
     let model = handling.model();
     if handling.takes_stream {
-        let is_list = first(&language::decode(bytes)).is_some_and(|line| line.starts_with('@'));
+        let text = language::decode(bytes);
+        let is_list = first(&text).is_some_and(|line| line.starts_with('@'));
+        // One of the first lines of a plot may be nothing but numbers, but not all of them.
+        let mut lines = said(&text).filter(|line| !is_comment(line.as_bytes())).peekable();
         let what = match is_job(bytes) {
             true => "job file",
             false if is_list => "command list",
+            false if lines.peek().is_some() && lines.all(is_stored) => "data field",
             false => return Ok(()),
         };
         return Err(format!("{name} is a {what}, and {}", no_jobs(model)));
@@ -187,6 +210,34 @@ mod tests {
     }
 
     #[test]
+    fn what_is_nothing_of_all_that_is_refused_with_what_is_meant() {
+        let handling = Handling::of(&model("imc-s8").expect("a built-in model"));
+        let of = |file: &str| Script::of("typo.txt", file.as_bytes(), &handling);
+        for (file, begins, meant) in [
+            ("MOVABS X10\nMOVABS X20\n", "MOVABS", "perhaps MOVEABS is meant; "),
+            ("N10 movabs X10", "movabs", "perhaps MOVEABS is meant; "),
+            ("; of 1999\nhello world", "hello", ""),
+        ] {
+            assert_eq!(
+                of(file).expect_err("it is none"),
+                format!(
+                    "typo.txt begins with {begins}, which no file for the imc-s8 does; {meant}{BEGINNINGS}"
+                )
+            );
+        }
+        for code in "0123567defgjJmnNTwyzop".chars() {
+            for line in [
+                format!("{code}"),
+                format!("{code}5,-5"),
+                format!("{code} 5;x"),
+                format!("{code}@"),
+            ] {
+                assert!(of(&format!("{line}\n9\n")).is_ok(), "{line:?}");
+            }
+        }
+    }
+
+    #[test]
     fn what_is_for_other_controllers_is_refused_with_their_names() {
         let refused = |name: &str, file: &str, on: &str| {
             let handling = Handling::of(&model(on).expect("a built-in model"));
@@ -203,6 +254,16 @@ mod tests {
             "plate.ncp is a job file, and the smcu does not speak isel's @-format; choose one of imc4, \
              imc4-m, imc-m, imc-mp, imc-s8, c142"
         );
+        let field = "; axes: 7\n71\n0 100,500,-5,500,0,900\ne20\n9\x1A\0\0";
+        let refused_field = refused("field.txt", field, "smcu");
+        assert!(
+            refused_field.starts_with("field.txt is a data field, and the smcu does not speak"),
+            "{refused_field}"
+        );
+        let smcu = Handling::of(&model("smcu").expect("a built-in model"));
+        for plot in ["100,200;\nPU;", "71\nIN;PA1,2;", "PA5,5", "; nothing"] {
+            assert_eq!(suits("board.plt", plot.as_bytes(), &smcu), Ok(()), "{plot:?}");
+        }
         let list = refused("commands.txt", "; a list\n @07\n@0R7", "smcu");
         assert!(
             list.starts_with("commands.txt is a command list, and the smcu does not"),

@@ -34,11 +34,14 @@ pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// As much of a file as shows what it is, where it is compressed, too: zstd has blocks of 128 KiB.
+const BEGINNING: u64 = 160 << 10;
+
 /// The first bytes of a file, as far as it can be read: to see what it is before all of it is read.
 pub(crate) fn beginning(path: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
     // Reading all of it later reports the error.
-    let _ = File::open(path).and_then(|file| file.take(64).read_to_end(&mut bytes));
+    let _ = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut bytes));
     bytes
 }
 

@@ -1,6 +1,7 @@
 //! A recording as a history, to be gone through forward and back.
 
 use std::cell::Cell;
+use std::io::Read as _;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -43,17 +44,37 @@ pub(crate) enum Commands {
     Unlisted,
 }
 
-/// Whether a file is a recording: plain, or compressed, whatever it is called.
+/// Whether a file that begins like this is a recording: plain, or compressed, whatever it is called.
 pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
     let compressed = path
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("gz") || end.eq_ignore_ascii_case("zst"));
+    // Something else may be compressed, too. What is broken is told of when it is opened.
+    let mut unpacked = Vec::new();
+    let _ = vimc4::unpacking(beginning).and_then(|text| text.take(64).read_to_end(&mut unpacked));
     // No program, plot or job begins like JSON: such a file is a recording, or what is left of one,
     // and what is wrong with it is said when it is opened.
-    let text = beginning.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(beginning);
-    const PACKED: [&[u8]; 2] = [b"\x1F\x8B", b"\x28\xB5\x2F\xFD"];
-    let packed = PACKED.iter().any(|magic| beginning.starts_with(magic));
-    compressed || packed || text.trim_ascii_start().starts_with(b"{\"")
+    let text = unpacked.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&unpacked);
+    match text.trim_ascii() {
+        [] => compressed,
+        text => text.starts_with(b"{\""),
+    }
+}
+
+/// Refuses a recording where a program is meant.
+///
+/// # Errors
+///
+/// If it is one.
+pub(crate) fn no_recording(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    if !is_recording(path, bytes) {
+        return Ok(());
+    }
+    let (name, named) = (text::name(path), text::shown_in_line(&path.display().to_string()));
+    Err(Failure::usage(format!(
+        "{name} is a recording; `vimc4 replay {named}` plays it again, `vimc4 console {named}` \
+         looks at it"
+    )))
 }
 
 /// Opens a recording, in the state in which it begins.

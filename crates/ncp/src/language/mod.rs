@@ -17,7 +17,7 @@ mod words;
 pub use command::*;
 pub use lenient::g_code;
 pub use parse::parse;
-pub use problem::{Excerpt, Problem};
+pub use problem::{Excerpt, Problem, meant};
 pub use text::{BYTE_ORDER_MARK, Lines, TextLine, decode, lines};
 pub use value::{NotAValue, Value};
 

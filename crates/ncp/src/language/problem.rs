@@ -292,7 +292,8 @@ impl fmt::Debug for Excerpt {
 }
 
 /// What an unknown name may have meant: a similar command, or a command without a blank after it.
-fn meant(name: &str) -> Option<String> {
+#[must_use]
+pub fn meant(name: &str) -> Option<String> {
     glued(name).or_else(|| nearest(name).map(str::to_owned))
 }
 
