@@ -1,6 +1,5 @@
 //! `--plot`: a picture of what a controller does.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{self, PathBuf};
 use std::process::{Command, Stdio};
@@ -13,7 +12,7 @@ use vimc4_motion::{Path, Profile, Segment};
 use vimc4_picture::{Axis, Back, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
-use crate::output::{claim, unwritable};
+use crate::output::{self, claim};
 use crate::text;
 
 /// What is written of what is done, besides its answers.
@@ -265,7 +264,7 @@ impl Drawing {
             }
         }
         for (write, path) in &self.exports {
-            written(path, write(&self.plot, &self.frame).as_bytes())?;
+            output::write(path, write(&self.plot, &self.frame).as_bytes())?;
         }
         let Some((format, path)) = &self.picture else { return Ok(()) };
         let views = match self.views.as_slice() {
@@ -279,7 +278,7 @@ impl Drawing {
                 Failure::midway("there is no memory for the dots of the picture; use .svg")
             })?,
         };
-        written(path, &bytes)?;
+        output::write(path, &bytes)?;
         if self.is_opened {
             show(path);
         }
@@ -291,10 +290,6 @@ impl Drawing {
 fn shifts<D: Device>(device: &D, at: Time) -> Vec<i64> {
     let axes = device.view(at).axes;
     axes.iter().map(|axis| axis.carriage - axis.position).collect()
-}
-
-fn written(path: &path::Path, bytes: &[u8]) -> Result<(), Failure> {
-    fs::write(path, bytes).map_err(|error| unwritable(path, &error))
 }
 
 /// Shows a file in the program that the desktop has for it. If there is none, that is said: the file is

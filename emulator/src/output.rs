@@ -48,6 +48,39 @@ pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
     }
 }
 
+/// Writes a file at a name that somebody has given, so that it is there as a whole, or as it was, or not at
+/// all. What is no file, such as a pipe, is written to as it is.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let written = match fs::metadata(path) {
+        Ok(there) if there.is_file() => replace(path, &there, bytes),
+        Ok(_) => fs::write(path, bytes),
+        Err(_) => fs::write(path, bytes).inspect_err(|_| {
+            // A link may lead to it, and stays.
+            let _ = fs::canonicalize(path).and_then(fs::remove_file);
+        }),
+    };
+    written.map_err(|error| unwritable(path, &error))
+}
+
+/// Puts a new file in the place of one that is there, where a link leads to it.
+fn replace(path: &Path, there: &fs::Metadata, bytes: &[u8]) -> io::Result<()> {
+    let path = fs::canonicalize(path)?;
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.new", std::process::id()));
+    let new = path.with_file_name(name);
+    let mut file = match OpenOptions::new().write(true).create_new(true).open(&new) {
+        Ok(file) => file,
+        // It can be written to, but nothing beside it.
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+            return fs::write(path, bytes);
+        }
+        Err(error) => return Err(error),
+    };
+    let written = file.write_all(bytes).and_then(|()| file.set_permissions(there.permissions()));
+    drop(file);
+    written.and_then(|()| fs::rename(&new, path)).inspect_err(|_| drop(fs::remove_file(&new)))
+}
+
 fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
     if path == Path::new("-") {
         return Err(Failure::usage(
@@ -59,10 +92,14 @@ fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
 
 /// Why a file cannot be written.
 pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    Failure::usage(format!(
-        "cannot write {}: {error}; name a file in a folder that can be written to",
-        path.display()
-    ))
+    use ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    let right = match error.kind() {
+        FileTooLarge | QuotaExceeded | StorageFull => {
+            "make room where it leads to, and begin again"
+        }
+        _ => "name a file in a folder that can be written to",
+    };
+    Failure::usage(format!("cannot write {}: {error}; {right}", path.display()))
 }
 
 /// Help and version are requested output; any other message of the command-line parser is an error.

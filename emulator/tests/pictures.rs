@@ -318,6 +318,36 @@ fn a_picture_goes_into_a_pipe() {
     assert!(svg.ends_with("</svg>\n"), "{svg}");
 }
 
+/// What stands there is whole until the new picture is, and nothing is left where nothing stood.
+#[test]
+fn a_disk_that_is_full_breaks_no_picture_off() {
+    let folder = bench();
+    let path = folder.path();
+    written(path, "list.txt", "@07\n@0A100,900,0,900,0,900,0,900\n");
+    fs::create_dir(path.join("drawn")).unwrap();
+    written(path, "drawn/old.svg", "<svg/>");
+    symlink("/dev/full", path.join("full.svg")).unwrap();
+    symlink("drawn/old.svg", path.join("link.svg")).unwrap();
+    let run = |limit: &str, name: &str| {
+        let line = format!("{limit} exec bin/vimc4 run list.txt --plot {name}");
+        said(shell(path, &line))
+    };
+    let small = "trap '' XFSZ; ulimit -f 1;";
+    for (limit, name) in
+        [(small, "drawn/old.svg"), (small, "link.svg"), (small, "drawn/new.svg"), ("", "full.svg")]
+    {
+        let (code, _, err) = run(limit, name);
+        assert!(code == 2 && err.contains("make room where it leads to"), "{name}: {err}");
+        assert_eq!(read(path, "drawn/old.svg"), "<svg/>", "{name}");
+        assert_eq!(fs::read_dir(path.join("drawn")).unwrap().count(), 1, "{name}");
+    }
+    let (code, _, err) = run("", "link.svg");
+    assert_eq!(code, 0, "{err}");
+    assert!(fs::symlink_metadata(path.join("link.svg")).unwrap().is_symlink());
+    assert!(read(path, "drawn/old.svg").ends_with("</svg>\n"));
+    assert_eq!(fs::read_dir(path.join("drawn")).unwrap().count(), 1);
+}
+
 #[test]
 fn what_is_wrong_is_said_before_anything_is_done() {
     let folder = bench();

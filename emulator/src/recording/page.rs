@@ -1,9 +1,9 @@
 //! A recording as a page that shows it, without a server.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use vimc4_answers::past::{has_come_to, report};
 use vimc4_api::Film;
@@ -13,14 +13,14 @@ use vimc4_timeline::{Branch, BranchId, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
-use crate::output::{claim, unwritable};
+use crate::output::{self, claim};
 use crate::text;
 
 /// How a page begins.
 const PAGE: &[u8] = b"<!doctype html>";
 
 /// Writes it.
-pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
+pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     if out.is_file() && !is_page(out) {
         let name = text::name(out);
         return Err(Failure::usage(format!(
@@ -66,7 +66,7 @@ pub(super) fn write(recording: &Path, out: &PathBuf) -> Result<(), Failure> {
     history.go_to(end);
     film.see(history.device().device());
     let page = film.page().map_err(Failure::midway)?;
-    fs::write(out, page).map_err(|error| unwritable(out, &error))
+    output::write(out, page.as_ref())
 }
 
 /// Up to when the branches count on the way to one, where somebody has left them for an earlier time.
