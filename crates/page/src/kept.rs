@@ -160,7 +160,9 @@ impl Device for Kept {
     fn restore(&mut self, state: LineState<State>) {
         self.out.clear();
         self.meant.clear();
-        self.debugger.history_mut().put_back("put back", state);
+        let history = self.debugger.history_mut();
+        history.leave(history.present());
+        history.put_back("put back", state);
     }
 
     fn now(&self) -> Time {

@@ -18,7 +18,6 @@ use vimc4_device::{
     ScenarioNumber, Stamp, Time,
 };
 use vimc4_journal::Picture;
-use vimc4_timeline::Place;
 
 use crate::kept::{Kept, bare, given, kept, meant};
 use crate::pace::Pace;
@@ -609,16 +608,14 @@ impl Live {
 
     /// Goes on from another state, whose time becomes the present. A pause stays one.
     pub(crate) fn restore(&mut self, moment: u64, by: &Source, state: LineState<State>) {
-        let left = self.line.debugger.place();
+        let at = self.now();
         self.line.restore(state);
-        self.is_elsewhere(left, by);
+        self.is_elsewhere(at, by);
         self.pace.restart(moment, self.now());
     }
 
-    /// Its state is another one than at this place.
-    pub(crate) fn is_elsewhere(&mut self, left: Place, by: &Source) {
-        self.line.debugger.history_mut().leave(left);
-        let at = left.moment.at;
+    /// Its state is another one than at this time.
+    pub(crate) fn is_elsewhere(&mut self, at: Time, by: &Source) {
         self.tell_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
         let state = written(&self.line);
         self.tell(at, What::State { by: Some(by.clone()), state });

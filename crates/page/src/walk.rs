@@ -181,7 +181,8 @@ impl Served {
         self.is_led_to(known);
         self.stays_paused(false);
         if known != live {
-            self.live.is_elsewhere(live, &page());
+            self.debugger().history_mut().leave(live);
+            self.live.is_elsewhere(live.moment.at, &page());
         }
         let history = self.debugger().history_mut();
         history.go_to_end(heading);
