@@ -13,8 +13,12 @@ use crate::failure::Failure;
 ///
 /// If it cannot be written. A reader that has closed the pipe is not an error.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    print_bytes(text.as_bytes())
+}
+
+fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    written(out.write_all(bytes).and_then(|()| out.flush()))
 }
 
 /// What it means that something could, or could not, be written to standard output.
@@ -52,6 +56,10 @@ pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
 /// all. What is no file, such as a pipe, is written to as it is.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let written = match fs::metadata(path) {
+        _ if is_standard(path, 1, "out") => return print_bytes(bytes),
+        _ if is_standard(path, 2, "err") => io::stderr().write_all(bytes),
+        // Somebody has it open, and goes on writing there.
+        Ok(_) if path.starts_with("/dev") || path.starts_with("/proc") => fs::write(path, bytes),
         Ok(there) if there.is_file() => replace(path, &there, bytes),
         Ok(_) => fs::write(path, bytes),
         Err(_) => fs::write(path, bytes).inspect_err(|_| {
@@ -60,6 +68,14 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         }),
     };
     written.map_err(|error| unwritable(path, &error))
+}
+
+/// Whether a path is one of those by which a system names standard output or standard error. What else is
+/// written there is to stay.
+fn is_standard(path: &Path, number: u32, name: &str) -> bool {
+    let names =
+        [format!("/dev/std{name}"), format!("/dev/fd/{number}"), format!("/proc/self/fd/{number}")];
+    names.iter().any(|known| path == Path::new(known))
 }
 
 /// Puts a new file in the place of one that is there, where a link leads to it.

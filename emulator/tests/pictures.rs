@@ -348,6 +348,24 @@ fn a_disk_that_is_full_breaks_no_picture_off() {
     assert_eq!(fs::read_dir(path.join("drawn")).unwrap().count(), 1);
 }
 
+/// Where standard output leads to a file, what else is written there stays.
+#[test]
+fn an_export_to_standard_output_is_added() {
+    let folder = bench();
+    let path = folder.path();
+    written(path, "list.txt", "@07\n@0A100,900,0,900,0,900,0,900\n");
+    for (name, to) in [("/dev/stdout", ">>"), ("/dev/fd/1", ">>"), ("/dev/stderr", "2>>")] {
+        written(path, "all.txt", "before\n");
+        let run = format!("bin/vimc4 run list.txt --machine mill --as gcode {name}");
+        let line = format!("{{ {run}; echo behind >&2; echo behind; }} {to} all.txt");
+        let (code, _, err) = said(shell(path, &line));
+        assert_eq!(code, 0, "{err}");
+        let all = read(path, "all.txt");
+        assert!(all.starts_with("before\n") && all.contains("\nG1 "), "{name}: {all}");
+        assert!(all.ends_with("\nbehind\n"), "{name}: {all}");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said_before_anything_is_done() {
     let folder = bench();

@@ -231,8 +231,9 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ("x > 1, 3 to once", "cannot come 3 times"),
         (
             "command @A answered 0 once",
-            "has no comma before `once`; write `command @A answered 0, once`",
+            "`once` follows a comma and a blank; write `command @A answered 0, once`",
         ),
+        ("command @A,never", "`never` follows a comma and a blank; write `command @A, never`"),
         ("x > 1 at least twice", "write `x > 1, at least twice`"),
         ("command @A answered with error 2 once", "write `command @A answered with error 2, once`"),
         (

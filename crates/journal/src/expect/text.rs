@@ -104,7 +104,7 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
         last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
     else {
         if let Some((what, often)) = run_together(&expect, text) {
-            let why = format!("`{text}` has no comma before `{often}`; write `{what}, {often}`");
+            let why = format!("`{often}` follows a comma and a blank; write `{what}, {often}`");
             return Err(Mistake::new(why));
         }
         // What would be refused then is told as it is at once.
@@ -118,12 +118,12 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     Ok(pattern(expect, what)?.number(least, most))
 }
 
-/// What happens and how often, where only the comma between them is missing.
+/// What happens and how often, where only the comma between them is missing, or its blank.
 fn run_together<'a>(expect: &Expect<()>, text: &'a str) -> Option<(&'a str, &'a str)> {
     // `at least 3 times` are four words.
-    let mut blanks = text.rmatch_indices(' ').take(4);
-    blanks.find_map(|(place, _)| {
-        let (what, often) = (text[..place].trim_end(), text[place..].trim_start());
+    let mut gaps = text.rmatch_indices([' ', ',']).take(4);
+    gaps.find_map(|(place, gap)| {
+        let (what, often) = (text[..place].trim_end(), text[place + gap.len()..].trim_start());
         count(often)?;
         pattern(expect.clone(), what).ok()?.once().ready().ok()?;
         Some((what, often))
