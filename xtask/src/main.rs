@@ -145,7 +145,37 @@ fn dist(targets: &[String], profile: &str, wheels: bool, out: &Path) -> Outcome<
             sums += &put(&name, wheel)?;
         }
     }
+    // What was packed before, for other systems, lies beside it.
+    let before = fs::read_to_string(out.join("SHA256SUMS")).unwrap_or_default();
+    sums = added(&before, &sums, |name| out.join(name).is_file());
     put("SHA256SUMS", sums.into_bytes())?;
     println!("in {}", out.display());
     Ok(())
+}
+
+/// Check sums beside those of before, of what is still there and was not made anew, by the names.
+fn added(before: &str, new: &str, is_there: impl Fn(&str) -> bool) -> String {
+    fn name(line: &str) -> &str {
+        line.split_once("  ").map_or(line, |(_, name)| name)
+    }
+    let is_new = |line: &str| new.lines().any(|own| name(own) == name(line));
+    let kept = before.lines().filter(|line| is_there(name(line)) && !is_new(line));
+    let mut lines: Vec<&str> = kept.chain(new.lines()).collect();
+    lines.sort_by_key(|line| name(line));
+    lines.iter().flat_map(|line| [line, "\n"]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_packed_for_other_systems_keeps_its_sum() {
+        let there = |name: &str| name != "gone.zip";
+        assert_eq!(
+            added("1  b.zip\n2  gone.zip\n3  c.deb\n", "4  c.deb\n5  a.tar.gz\n", there),
+            "5  a.tar.gz\n1  b.zip\n4  c.deb\n"
+        );
+        assert_eq!(added("", "1  a\n", there), "1  a\n");
+    }
 }
