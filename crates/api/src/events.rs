@@ -45,7 +45,7 @@ impl From<Problem> for End {
 
 /// Talks to a client until it leaves. `has_token` says that it has sent the token already.
 pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) {
-    let Ok(_room) = app.sockets.clone().try_acquire_owned() else {
+    let Ok(room) = app.sockets.clone().try_acquire_owned() else {
         let problem = Problem::new(Kind::TooMany, "too many WebSockets are open", "close some");
         return part(socket, &problem).await;
     };
@@ -54,9 +54,13 @@ pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) 
         Ok(()) | Err(End::Gone) => {}
         Err(End::Left) => hang_up(socket).await,
         Err(End::Broken(frame)) => {
+            let is_long = frame.code == close_code::SIZE;
             let _ = timeout(PATIENCE, socket.send(Message::Close(Some(frame)))).await;
-            // What it has sent behind that is not read, and closing at once would take the frame back.
-            sleep(LINGER).await;
+            // The rest of it is not read, and closing at once would take the frame back.
+            if is_long {
+                drop(room);
+                sleep(LINGER).await;
+            }
         }
         Err(End::Problem(problem)) => part(socket, &problem).await,
     }

@@ -42,8 +42,8 @@ pub(crate) const FILM_VIEWS: usize = 20_000;
 /// How long a client has to say on a WebSocket what it wants, and to take what it is sent.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long a WebSocket stays open behind its last word to a client that has sent what none allows.
-pub(crate) const LINGER: Duration = Duration::from_secs(1);
+/// How long a WebSocket stays open behind its last word to a client that has sent too long a message.
+pub(crate) const LINGER: Duration = Duration::from_millis(200);
 
 /// Lets so many pass in a second, and as many at once after a rest.
 #[derive(Debug)]
