@@ -386,8 +386,8 @@ pub fn look_at(
     Ok(())
 }
 
-/// Looks at when an entry of the journal of the controller, which is at `live`, happened: on the way that is looked at if it happened there, or
-/// else on the branch on which it did.
+/// Looks at when an entry of the journal of the controller, which is at `live`, happened: on the way that is
+/// looked at if it happened there, or else on the branch on which it did.
 ///
 /// # Errors
 ///

@@ -61,6 +61,7 @@ pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) 
                 drop(room);
                 sleep(LINGER).await;
             }
+            hang_up(socket).await;
         }
         Err(End::Problem(problem)) => part(socket, &problem).await,
     }
