@@ -110,7 +110,8 @@ fn what_a_client_wrote_before_it_closed_comes_before_the_news_of_that() {
     pty.write_all(b"@0A3000,900\r").unwrap();
     talk.settle();
     for _ in 0..20 {
-        talk.client.write_all(b"@0P\r").unwrap();
+        // Taken in first, so that it is news that the other one speaks again.
+        talk.send(b"@0P\r");
         pty.write_all(b"@0A1").unwrap();
         drop(pty);
         talk.settle();

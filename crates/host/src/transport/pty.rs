@@ -59,7 +59,7 @@ pub struct Pty {
     looks: u32,
     /// When it was told that several programs have it open.
     told: Option<Instant>,
-    /// The system is asked what has arrived, although it has not told.
+    /// The system is asked what has arrived and who has come and gone, although it has not told.
     closely: bool,
 }
 
@@ -213,7 +213,8 @@ impl Transport for Pty {
 
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
         let known = self.watch.known(cx.waker());
-        self.notice(known);
+        let seen = if self.closely { self.watch.look() } else { known };
+        self.notice(seen);
         // What a client wrote before it closed comes before the news of that.
         let leaves = matches!(self.news.front(), Some(News::Closed { .. })) && !self.seen.open;
         if leaves
