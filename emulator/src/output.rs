@@ -1,7 +1,7 @@
 //! Standard output, where what was asked for goes.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, Seek as _, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -31,9 +31,25 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// A new file for what is drawn, at a name that somebody has given.
+/// A new file for what is drawn, at a name that somebody has given. What is drawn to standard output or
+/// standard error is added to what stands there.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    opened(path, OpenOptions::new().truncate(true).create(true))
+    match standard(path) {
+        Some(file) => file.map_err(|error| unwritable(path, &error)),
+        None => opened(path, OpenOptions::new().truncate(true).create(true)),
+    }
+}
+
+/// Sees to it that what is drawn to a file can be gone back in, before anything is drawn.
+pub(crate) fn must_go_back(path: &Path, file: &mut File) -> Result<(), Failure> {
+    if is_standard(path) || file.stream_position().is_err() {
+        return Err(Failure::usage(format!(
+            "cannot write {}: the beginning of this format is written last, which needs a file of its own; \
+             name one",
+            path.display()
+        )));
+    }
+    Ok(())
 }
 
 /// Sees to it before anything is done that a file can be written at the end. What stands there stays until
@@ -56,8 +72,8 @@ pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
 /// all. What is no file, such as a pipe, is written to as it is.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let written = match fs::metadata(path) {
-        _ if is_standard(path, 1, "out") => return print_bytes(bytes),
-        _ if is_standard(path, 2, "err") => io::stderr().write_all(bytes),
+        _ if is_standard_output(path) => return print_bytes(bytes),
+        _ if is_standard_error(path) => io::stderr().write_all(bytes),
         // Somebody has it open, and goes on writing there.
         Ok(_) if path.starts_with("/dev") || path.starts_with("/proc") => fs::write(path, bytes),
         Ok(there) if there.is_file() => replace(path, &there, bytes),
@@ -70,9 +86,41 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     written.map_err(|error| unwritable(path, &error))
 }
 
-/// Whether a path is one of those by which a system names standard output or standard error. What else is
-/// written there is to stay.
-fn is_standard(path: &Path, number: u32, name: &str) -> bool {
+/// Standard output or standard error, if that is what a path means, so that what else is written there
+/// comes before or after.
+#[cfg(unix)]
+fn standard(path: &Path) -> Option<io::Result<File>> {
+    use std::os::fd::AsFd as _;
+    let file = if is_standard_output(path) {
+        io::stdout().flush().and_then(|()| io::stdout().as_fd().try_clone_to_owned())
+    } else if is_standard_error(path) {
+        io::stderr().as_fd().try_clone_to_owned()
+    } else {
+        return None;
+    };
+    Some(file.map(File::from))
+}
+
+#[cfg(not(unix))]
+fn standard(_: &Path) -> Option<io::Result<File>> {
+    None
+}
+
+/// Whether a path means standard output or standard error, where what else is written is to stay.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    is_standard_output(path) || is_standard_error(path)
+}
+
+fn is_standard_output(path: &Path) -> bool {
+    is_named(path, 1, "out")
+}
+
+fn is_standard_error(path: &Path) -> bool {
+    is_named(path, 2, "err")
+}
+
+/// Whether a path is one of those by which a system names a stream.
+fn is_named(path: &Path, number: u32, name: &str) -> bool {
     let names =
         [format!("/dev/std{name}"), format!("/dev/fd/{number}"), format!("/proc/self/fd/{number}")];
     names.iter().any(|known| path == Path::new(known))
@@ -99,9 +147,11 @@ fn replace(path: &Path, there: &fs::Metadata, bytes: &[u8]) -> io::Result<()> {
 
 fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
     if path == Path::new("-") {
-        return Err(Failure::usage(
-            "`-` is where the report goes, and this needs a file; name one, or `./-` for one of that name",
-        ));
+        let instead = if cfg!(unix) { ", or /dev/stdout to have it before the report" } else { "" };
+        return Err(Failure::usage(format!(
+            "`-` is where the report goes, and this needs a file; name one, `./-` for one of that \
+             name{instead}"
+        )));
     }
     how.write(true).open(path).map_err(|error| unwritable(path, &error))
 }

@@ -13,7 +13,7 @@ use vimc4_device::{Device, Input, Kinds, Output, Time, View};
 use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, layout};
 
 use crate::failure::Failure;
-use crate::output::create;
+use crate::output;
 use crate::places::numbered;
 
 /// Of each option by itself: that of a whole struct would stay for the options that follow.
@@ -80,6 +80,7 @@ impl Drawn {
         }
         if let Some(path) = fst {
             let page = sheets.page(path)?;
+            page.must_go_back()?;
             sheets.sheets.push(Box::new(Fst::new(page)));
         }
         if let Some(path) = csv {
@@ -121,8 +122,8 @@ impl Sheets {
 
 /// Writes a file beside another, unless there is one: then it is somebody's own.
 fn beside(path: &Path, ending: &str, text: &str) -> Result<(), Failure> {
-    // What is drawn into a pipe has nothing beside it.
-    if !fs::metadata(path).is_ok_and(|file| file.is_file()) {
+    // What is drawn into a pipe or to standard output has nothing beside it.
+    if output::is_standard(path) || !fs::metadata(path).is_ok_and(|file| file.is_file()) {
         return Ok(());
     }
     let path = path.with_extension(ending);
@@ -200,10 +201,15 @@ const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
 impl Page {
     fn new(path: PathBuf) -> Result<Page, Failure> {
-        let file = create(&path)?;
+        let file = output::create(&path)?;
         let (outcome, began) = (Ok(()), Instant::now());
         let written = Written { path, file, size: 0, outcome, began, bar: None };
         Ok(Page(Arc::new(Mutex::new(written))))
+    }
+
+    fn must_go_back(&self) -> Result<(), Failure> {
+        let Written { path, file, .. } = &mut *self.lock();
+        output::must_go_back(path, file)
     }
 
     fn lock(&self) -> MutexGuard<'_, Written> {

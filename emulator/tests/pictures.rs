@@ -350,7 +350,7 @@ fn a_disk_that_is_full_breaks_no_picture_off() {
 
 /// Where standard output leads to a file, what else is written there stays.
 #[test]
-fn an_export_to_standard_output_is_added() {
+fn what_is_drawn_to_standard_output_is_added() {
     let folder = bench();
     let path = folder.path();
     written(path, "list.txt", "@07\n@0A100,900,0,900,0,900,0,900\n");
@@ -364,6 +364,22 @@ fn an_export_to_standard_output_is_added() {
         assert!(all.starts_with("before\n") && all.contains("\nG1 "), "{name}: {all}");
         assert!(all.ends_with("\nbehind\n"), "{name}: {all}");
     }
+    for (kind, sign) in
+        [("vcd", "$timescale"), ("csv", "seconds,"), ("perfetto", "\"traceEvents\"")]
+    {
+        written(path, "all.txt", "before\n");
+        let line = format!("bin/vimc4 run list.txt --{kind} /dev/stdout >> all.txt");
+        let (code, _, err) = said(shell(path, &line));
+        assert_eq!(code, 0, "{err}");
+        let all = read(path, "all.txt");
+        assert!(all.starts_with("before\n") && all.contains(sign), "{kind}: {all}");
+        assert!(all.ends_with("every command was answered\n"), "{kind}: {all}");
+        assert!(!Path::new("/dev/stdout.gtkw").exists(), "{kind}");
+    }
+    // The beginning of this one is written last, which would be in the midst of something else.
+    let line = "bin/vimc4 run list.txt --fst /dev/stdout >> all.txt";
+    let (code, _, err) = said(shell(path, line));
+    assert!(code == 2 && err.contains("needs a file of its own"), "{err}");
 }
 
 #[test]

@@ -17,7 +17,7 @@ mod log;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, root, run, said, tcp, until, vimc4};
+use process::{Process, VIMC4, ask, connect, root, run, said, tcp, vimc4};
 
 /// `vimc4 serve` with these arguments and no others.
 fn serving(folder: &Path, arguments: &[&str]) -> Process {
@@ -56,36 +56,58 @@ struct Left<'a>(&'a Path);
 
 impl Drop for Left<'_> {
     fn drop(&mut self) {
-        let kill = "test ! -e pid || kill $(cat pid)";
+        let kill = "test ! -e kept/pid || kill $(cat kept/pid)";
         let _ = Command::new("sh").args(["-c", kill]).current_dir(self.0).status();
     }
 }
 
-/// As the page on installing has it for CI: the script ends, and what it has started goes on.
+/// As the page on installing has it for CI: the script ends, and what it has started goes on until the
+/// other script ends it.
 #[test]
-fn the_script_for_ci_serves_the_steps_that_follow() {
+fn the_scripts_for_ci_serve_the_steps_that_follow() {
     let folder = tempfile::tempdir().unwrap();
+    let _left = Left(folder.path());
     let script = |name: &str, arguments: &[&str]| {
         let programs = Path::new(VIMC4).parent().unwrap().display();
         let path = format!("{programs}:{}", std::env::var("PATH").unwrap());
-        let mut script = Command::new(root().join("ci/serve.sh"));
-        script.arg(folder.path().join(name)).args(arguments).env("PATH", path);
+        let mut script = Command::new(root().join("ci").join(name));
+        script.arg("kept").args(arguments).env("PATH", path);
         said(script.current_dir(folder.path()).output().unwrap())
     };
-    let kept = folder.path().join("kept");
-    let served = script("kept", &["--tcp", "127.0.0.1:0", "--pty", "none"]);
-    let left = Left(&kept);
-    assert_eq!(served.0, 0, "{served:?}");
-    let mut client = connect(tcp(&ready(&served.1), 0));
-    assert_eq!(ask(&mut client, "@07\r", 1), "0");
-    drop(left);
-    let recording = kept.join("session.jsonl").display().to_string();
-    until("the recording is whole", || run(folder.path(), &["replay", &recording]).0 == 0);
-    assert!(fs::read_to_string(kept.join("conversation.log")).unwrap().contains("@07"));
+    let serve = |options: &str| script("serve.sh", &options.split(' ').collect::<Vec<_>>());
+    let finish = || script("finish.sh", &[]);
+    let kept = |name: &str| folder.path().join("kept").join(name);
+    // Nothing of an earlier run is taken for one of a later run.
+    for line in ["@07", "@01"] {
+        let served = serve("--tcp 127.0.0.1:0 --pty none");
+        assert_eq!(served.0, 0, "{served:?}");
+        assert!(!kept("session.html").exists());
+        let mut client = connect(tcp(&ready(&served.1), 0));
+        assert_eq!(ask(&mut client, &format!("{line}\r"), 1), "0");
+        let (code, _, errors) = serve("--pty none");
+        assert!(code == 1 && errors.contains("still serves into kept"), "{errors}");
+        let (code, out, errors) = finish();
+        assert!(code == 0 && out.starts_with("equal: 1 input"), "{out}{errors}");
+        let told = fs::read_to_string(kept("conversation.log")).unwrap();
+        assert!(told.contains(line) && told.matches("@0").count() == 1, "{told}");
+        assert!(kept("session.html").exists());
+    }
+    assert_eq!(serve("--tcp 127.0.0.1:0 --pty none --count 2").0, 0);
+    assert_eq!(finish().0, 0);
+    assert!(kept("session-1.html").exists() && kept("session-2.html").exists());
     // What cannot begin is said, and is no step that waits.
-    let (code, out, errors) = script("bad", &["--model", "nothing"]);
+    let (code, out, errors) = serve("--model nothing");
     assert_eq!((code, out.as_str()), (1, ""));
     assert!(errors.contains("there is no model `nothing`"), "{errors}");
+    // Another process that has the number is none of its own.
+    let mut other = Command::new("sleep").arg("60").spawn().unwrap();
+    fs::write(kept("pid"), other.id().to_string()).unwrap();
+    let (code, _, errors) = finish();
+    assert!(code == 1 && errors.contains("there is no recording in kept"), "{errors}");
+    assert!(errors.contains("there is no model `nothing`"), "{errors}");
+    assert!(other.try_wait().unwrap().is_none());
+    other.kill().unwrap();
+    other.wait().unwrap();
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What every package has beside the program: manual pages, completions, examples, licences.
+//! What every package has beside the program: manual pages, completions, documents, examples, licences.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ pub(crate) fn shared(
     for name in TEXTS {
         entries.push(Entry::file(name, read(&root.join(name))?));
     }
-    let files = ["ls-files", "examples", "ci/*.sh"];
+    let files = ["ls-files", "docs", "examples", "ci/serv*.sh", "ci/finish.sh"];
     let files = tool::run(Command::new("git").current_dir(root).args(files))?;
     for name in String::from_utf8_lossy(&files).lines() {
         let bytes = read(&root.join(name))?;
@@ -57,7 +57,7 @@ pub(crate) fn shared(
     let pages = fs::read_dir(folder.path()).map_err(|error| error.to_string())?;
     for page in pages {
         let page = page.map_err(|error| error.to_string())?;
-        let name = format!("man/{}", page.file_name().to_string_lossy());
+        let name = format!("man/man1/{}", page.file_name().to_string_lossy());
         entries.push(Entry::file(name, read(&page.path())?));
     }
     entries.sort_by(|a, b| a.path.cmp(&b.path));

@@ -36,7 +36,7 @@ pub(crate) fn package(
         let doc = |name: &str| format!("./usr/share/doc/vimc4/{name}");
         files.extend(match entry.path.split_once('/') {
             Some(("man", page)) => {
-                Some(Entry::file(format!("./usr/share/man/man1/{page}.gz"), gz(bytes)?))
+                Some(Entry::file(format!("./usr/share/man/{page}.gz"), gz(bytes)?))
             }
             Some(("completions", "vimc4.ps1")) => None,
             Some(("completions", name)) => {
@@ -47,7 +47,7 @@ pub(crate) fn package(
                 };
                 Some(Entry::file(format!("./usr/share/{folder}/{name}"), bytes))
             }
-            Some(("examples", _)) => Some(Entry::file(doc(&entry.path), bytes)),
+            Some(("docs" | "examples", _)) => Some(Entry::file(doc(&entry.path), bytes)),
             Some(("ci", name)) => Some(entry.named(doc(&format!("examples/ci/{name}")))),
             _ if entry.path.starts_with("LICENSE") => None,
             _ if entry.path == "CHANGELOG.md" => Some(Entry::file(doc("NEWS.md.gz"), gz(bytes)?)),
