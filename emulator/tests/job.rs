@@ -420,6 +420,19 @@ fn what_cannot_begin_says_why() {
     utf16.write_all(b"\xFF\xFEI\0").unwrap();
     let (_, err) = ends(&folder, &["ncp", "check", "wide.ncp"], 2);
     assert!(err.contains("UTF-16"), "{err}");
+    // What is certainly something else is told as that, and not line by line.
+    for (bytes, said) in [
+        (&b"; of 1999\n@07\n"[..], "is a command list and no job"),
+        (b"IN;PA1,2;", "is a plot file and no job"),
+        (b"\x1F\x8B\x08", "is packed with gzip"),
+        (b"{\"recording\":1}\n", "is a recording"),
+    ] {
+        fs::write(folder.join("other"), bytes).unwrap();
+        for command in ["run", "check", "compile"] {
+            let (_, err) = ends(&folder, &["ncp", command, "other"], 2);
+            assert!(err.contains(said), "{command}: {err}");
+        }
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ mod readable;
 mod sort;
 mod work;
 pub use readable::readable;
-pub use sort::{is_job, suits};
+pub use sort::{could_be_job, is_job, suits};
 
 use sort::BEGINNINGS;
 pub use work::{Host, number, said, storing, takes_jobs, target, told};

@@ -4,6 +4,7 @@ use vimc4_catalogue::{Family, Handling, Model, model, models};
 use vimc4_ncp::language;
 
 use crate::escapes::behind;
+use crate::readable::packed;
 
 /// Whether the first line that says something begins with the name of a command of job files.
 #[must_use]
@@ -21,6 +22,28 @@ pub fn is_job(bytes: &[u8]) -> bool {
         });
         known(line) || behind.is_some_and(known)
     })
+}
+
+/// Refuses what is certainly no job: what is packed, a command list, and a plot. Anything else may be a job in
+/// which something is wrong.
+///
+/// # Errors
+///
+/// What it is, and what can be done with it, as a sentence.
+pub fn could_be_job(name: &str, bytes: &[u8]) -> Result<(), String> {
+    if let Some(packed) = packed(bytes) {
+        return Err(format!("{name} is packed with {packed}; unpack it first"));
+    }
+    let text = language::decode(bytes);
+    if first(&text).is_some_and(|line| line.starts_with('@')) {
+        return Err(format!("{name} is a command list and no job; `vimc4 run` carries it out"));
+    }
+    if is_plot(bytes) {
+        return Err(format!(
+            "{name} is a plot file and no job; `vimc4 run --model smcu` carries it out"
+        ));
+    }
+    Ok(())
 }
 
 /// Whether a line is as those of a data field are: a digit or a letter, and numbers behind it.
@@ -206,6 +229,21 @@ mod tests {
                 assert!(!is_plot(format!("{before}{other}").as_bytes()), "{before:?} {other:?}");
             }
             assert!(is_job(format!("{before}IMF_PBL_V1.0\nREF X").as_bytes()), "{before:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_certainly_no_job_is_told_apart() {
+        for (file, what) in [
+            (&b"\x1F\x8B\x08"[..], "is packed with gzip"),
+            (b"; a list\n@07\n", "is a command list"),
+            (b"\xEF\xBB\xBFIN;PA1,2;", "is a plot file"),
+        ] {
+            let said = could_be_job("x", file).expect_err("it is no job");
+            assert!(said.contains(what), "{said}");
+        }
+        for job in ["IMF_PBL_V1.0\nREF X", "", "movabs", "N1 ; @07", "INITTOOL 1"] {
+            assert_eq!(could_be_job("x", job.as_bytes()), Ok(()), "{job:?}");
         }
     }
 

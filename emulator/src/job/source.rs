@@ -9,6 +9,7 @@ use vimc4_ncp::{Diagnostic, Severity};
 
 use super::file::{decoded, read};
 use crate::failure::Failure;
+use crate::recording::history::no_recording;
 use crate::setup::Setup;
 use crate::text;
 
@@ -192,9 +193,12 @@ impl JobArguments {
         read(&self.file, "a job file")
     }
 
-    /// The text of the file.
+    /// The text of the file, if it could be a job.
     pub(crate) fn text(&self) -> Result<String, Failure> {
-        Ok(decoded(&self.bytes()?))
+        let bytes = self.bytes()?;
+        no_recording(&self.file, &bytes)?;
+        vimc4_script::could_be_job(&self.name(), &bytes).map_err(Failure::usage)?;
+        Ok(decoded(&bytes))
     }
 
     /// The controller and the machine.

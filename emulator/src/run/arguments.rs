@@ -14,8 +14,8 @@ use crate::values::duration;
 Run a command list, a stored program or a plot file in virtual time, as fast as possible
 
 isel: a file whose first command begins with @ is a command list: its lines are sent one after the other,
-each when the one before was answered. Any other is a data field, the lines of a program as they
-stand between @0i and 9: it is stored; the final 9 may be left out.
+each when the one before was answered. One whose lines begin with a digit or a single letter is a data
+field, the lines of a program as they stand between @0i and 9: it is stored; the final 9 may be left out.
 
 What was stored and not started is then started with the START button, which is pressed for 0.1 s.
 With --press start@TIME it is pressed then, and not before. Blank lines, and lines that begin with
