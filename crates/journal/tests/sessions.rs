@@ -228,6 +228,13 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
         ),
         ("x > 1, once, and", "as in `x > 1, once, and x > 100, once`"),
         ("x > 1, at least 0 times", "is always so"),
+        ("x > 1, at least 0", "is always so"),
+        ("command @A answered 0", "say how often, as in `command @A answered 0, once`"),
+        ("command @A at least 3", "write `command @A, at least 3`"),
+        ("always x > 1", "as in `x < 0, never`"),
+        ("command @A, once then x > 1, never", "write `command @A, once; then x > 1, never`"),
+        ("command @A, once, then x > 1, never", "write `command @A, once; then x > 1, never`"),
+        ("command @A, once; x > 1, never", "write `command @A, once; then x > 1, never`"),
         ("x > 1, 3 to once", "cannot come 3 times"),
         (
             "command @A answered 0 once",
@@ -262,6 +269,10 @@ fn what_is_no_sentence_is_told_with_what_would_be() {
     }
     for (text, words) in [
         ("command A, once", "command @A, once"),
+        ("command A, 3", "command @A, 3 times"),
+        ("command A, at least 3", "command @A, at least 3 times"),
+        ("command A, 1 to 3", "command @A, 1 to 3 times"),
+        ("command \"@0A1 then 2\", once", ""),
         (" command \"@0A1, 2\" answered \"0 1\" within 2s, 2 times, and x > 1mm, never", ""),
         ("x > 1, once; then x > 2, once, no sooner than after 1 s, within 5 s", ""),
         ("x > 1, once; then x > 2, once, within 5 s, no sooner than after 1 s", ""),

@@ -10,7 +10,7 @@
 //!            ( CONDITION ["for at least" SPAN] | ( command | CONDITION ) "within" SPAN )
 //! ```
 //!
-//! A TEXT with blanks needs quotation marks.
+//! A TEXT with blanks needs quotation marks. `times` may be left out.
 
 use std::time::Duration;
 
@@ -55,6 +55,7 @@ impl Expectation {
                 Some(before) => before.and(),
                 None => expect.clone(),
             };
+            joined(text)?;
             sentence = Some(stage(expect, text)?);
         }
         match sentence {
@@ -62,6 +63,29 @@ impl Expectation {
             None => Err(Mistake::new("it says nothing".to_owned())),
         }
     }
+}
+
+/// Refuses what is joined in another way than stages are.
+fn joined(text: &str) -> Result<(), Mistake> {
+    if text.trim_start().starts_with("always ") {
+        let why =
+            "what is always so is what never happens otherwise; write it as in `x < 0, never`";
+        return Err(Mistake::new(why.to_owned()));
+    }
+    for by in ["; ", ";", ", then ", " then "] {
+        let mut found = text.match_indices(by).filter(|(place, _)| is_outside(text, *place));
+        if let Some((place, _)) = found.next() {
+            let (before, behind) = (&text[..place], text[place + by.len()..].trim_start());
+            let behind = behind.strip_prefix("then ").unwrap_or(behind);
+            if !before.trim().is_empty() && !behind.is_empty() && behind != "then" {
+                return Err(Mistake::new(format!(
+                    "what comes after something else stands behind `; then `; write \
+                     `{before}; then {behind}`"
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn stage(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
@@ -100,9 +124,10 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
             return Err(Mistake::new(why));
         }
     }
-    let Some((what, number)) =
-        last(text, ", ").and_then(|(what, often)| Some((what, count(often)?)))
-    else {
+    let Some((what, number)) = last(text, ", ").and_then(|(what, often)| {
+        let alone = || often.trim().parse().ok().map(|times| (times, Some(times)));
+        Some((what, count(often).or_else(alone)?))
+    }) else {
         if let Some((what, often)) = run_together(&expect, text) {
             let why = format!("`{often}` follows a comma and a blank; write `{what}, {often}`");
             return Err(Mistake::new(why));
@@ -212,16 +237,18 @@ fn count(text: &str) -> Option<(u64, Option<u64>)> {
         "twice" => Some(2),
         text => text.strip_suffix("times")?.trim_end().parse().ok(),
     };
+    let number = |text: &str| times(text).or_else(|| text.trim().parse().ok());
     let text = text.trim();
     if let Some(least) = text.strip_prefix("at least ") {
-        return Some((times(least)?, None));
+        return Some((number(least)?, None));
     }
     if let Some(most) = text.strip_prefix("at most ") {
-        return Some((0, Some(times(most)?)));
+        return Some((0, Some(number(most)?)));
     }
     if let Some((least, most)) = text.split_once(" to ") {
-        return Some((least.parse().ok()?, Some(times(most)?)));
+        return Some((least.parse().ok()?, Some(number(most)?)));
     }
+    // A number alone is one only where a comma tells it from what is answered.
     times(text).map(|times| (times, Some(times)))
 }
 
