@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use futures_util::SinkExt;
 use serde_json::json;
 use tokio::time::{sleep, sleep_until, timeout};
 use tungstenite::error::ProtocolError;
@@ -17,6 +18,9 @@ use crate::bell::Listener;
 use crate::guard::no_token;
 use crate::limits::{LINGER, PATIENCE};
 use crate::served::App;
+
+/// So many bytes a frame that closes has room for.
+const REASON: usize = 123;
 
 /// What a client gets, and how long at least passes between two positions.
 struct Served {
@@ -45,26 +49,49 @@ impl From<Problem> for End {
 
 /// Talks to a client until it leaves. `has_token` says that it has sent the token already.
 pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) {
-    let Ok(room) = app.sockets.clone().try_acquire_owned() else {
-        let problem = Problem::new(Kind::TooMany, "too many WebSockets are open", "close some");
-        return part(socket, &problem).await;
-    };
+    let room = app.sockets.clone().try_acquire_owned();
     let listener = app.bell.listen();
-    match serve(&mut socket, &app, has_token, &listener).await {
-        Ok(()) | Err(End::Gone) => {}
-        Err(End::Left) => hang_up(socket).await,
-        Err(End::Broken(frame)) => {
-            let is_long = frame.code == close_code::SIZE;
-            let _ = timeout(PATIENCE, socket.send(Message::Close(Some(frame)))).await;
-            // The rest of it is not read, and closing at once would take the frame back.
-            if is_long {
-                drop(room);
-                sleep(LINGER).await;
-            }
-            hang_up(socket).await;
+    let end = match &room {
+        Ok(_) => serve(&mut socket, &app, has_token, &listener).await.err(),
+        Err(_) => {
+            let problem = Problem::new(Kind::TooMany, "too many WebSockets are open", "close some");
+            Some(problem.into())
         }
-        Err(End::Problem(problem)) => part(socket, &problem).await,
+    };
+    // Who only has to leave keeps nobody out.
+    drop(room);
+    let is_long = matches!(&end, Some(End::Broken(frame)) if frame.code == close_code::SIZE);
+    let heard = match end {
+        None | Some(End::Gone) => false,
+        Some(End::Left) => true,
+        Some(End::Broken(frame)) => part(&mut socket, None, frame).await,
+        Some(End::Problem(problem)) => {
+            let mut document = problem.document();
+            document["type"] = "problem".into();
+            document["kind"] = problem.document()["type"].take();
+            let reason = problem.document()["title"].as_str().unwrap_or_default().to_owned();
+            let frame = CloseFrame { code: close_code::POLICY, reason: reason.into() };
+            part(&mut socket, Some(document.to_string()), frame).await
+        }
+    };
+    if is_long {
+        // The rest of it is not read, and closing at once would take the frame back.
+        sleep(LINGER).await;
     }
+    if heard {
+        hang_up(socket).await;
+    }
+}
+
+/// Says why it is over, if that is said, and that it is. Returns whether the client has taken it.
+async fn part(socket: &mut WebSocket, why: Option<String>, frame: CloseFrame) -> bool {
+    let farewell = async {
+        if let Some(why) = why {
+            socket.send(Message::Text(why.into())).await?;
+        }
+        socket.send(Message::Close(Some(frame))).await
+    };
+    timeout(PATIENCE, farewell).await.is_ok_and(|sent| sent.is_ok())
 }
 
 /// Has what was sent last arrive, and waits until the client hangs up, too.
@@ -77,30 +104,19 @@ async fn hang_up(mut socket: WebSocket) {
 fn broken(error: axum::Error) -> End {
     use tungstenite::Error;
     let error = error.into_inner();
-    let (code, reason) = match error.downcast_ref::<Error>() {
-        Some(Error::Capacity(_)) => (close_code::SIZE, "a message has at most 16 KiB"),
-        Some(Error::Utf8(_)) => (close_code::INVALID, "the text is no UTF-8"),
+    let (code, mut reason) = match error.downcast_ref::<Error>() {
+        Some(Error::Capacity(_)) => (close_code::SIZE, "a message has at most 16 KiB".to_owned()),
+        Some(Error::Utf8(_)) => (close_code::INVALID, "the text is no UTF-8".to_owned()),
         Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => return End::Gone,
-        Some(Error::Protocol(_)) => (close_code::PROTOCOL, "this is no frame of a WebSocket"),
+        Some(Error::Protocol(why)) => {
+            (close_code::PROTOCOL, format!("this is no frame of a WebSocket: {why}"))
+        }
         _ => return End::Gone,
     };
-    End::Broken(CloseFrame { code, reason: reason.into() })
-}
-
-/// Says what is wrong, and leaves.
-async fn part(mut socket: WebSocket, problem: &Problem) {
-    let mut document = problem.document();
-    document["type"] = "problem".into();
-    document["kind"] = problem.document()["type"].take();
-    let reason = problem.document()["title"].as_str().unwrap_or_default().to_owned();
-    let frame = CloseFrame { code: close_code::POLICY, reason: reason.into() };
-    let farewell = async {
-        socket.send(Message::Text(document.to_string().into())).await?;
-        socket.send(Message::Close(Some(frame))).await
-    };
-    if timeout(PATIENCE, farewell).await.is_ok_and(|sent| sent.is_ok()) {
-        hang_up(socket).await;
+    while reason.len() > REASON {
+        reason.pop();
     }
+    End::Broken(CloseFrame { code, reason: reason.into() })
 }
 
 async fn serve(
@@ -154,6 +170,8 @@ async fn serve(
 /// The next wish of a client.
 async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
     loop {
+        // Who asks whether somebody is there, and takes no answers, is not heard: they would pile up.
+        within_patience(socket.flush()).await?;
         let text = match socket.recv().await {
             Some(Ok(Message::Text(text))) => text,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
@@ -173,10 +191,13 @@ async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
     }
 }
 
-/// A client that does not take what it is sent is gone.
 async fn say(socket: &mut WebSocket, text: impl Into<Utf8Bytes>) -> Result<(), End> {
-    let sent = timeout(PATIENCE, socket.send(Message::Text(text.into()))).await;
-    sent.map_err(|_| End::Gone)?.map_err(|_| End::Gone)
+    within_patience(socket.send(Message::Text(text.into()))).await
+}
+
+/// A client that does not take what it is sent is gone.
+async fn within_patience(taken: impl Future<Output = Result<(), axum::Error>>) -> Result<(), End> {
+    timeout(PATIENCE, taken).await.map_err(|_| End::Gone)?.map_err(|_| End::Gone)
 }
 
 fn feeds(app: &App) -> Vec<&Feed> {

@@ -760,6 +760,62 @@ fn a_web_socket_is_closed_as_it_should_be() {
     assert_eq!(unmasked.closing(), Some(1002));
 }
 
+#[test]
+fn who_is_told_to_leave_keeps_nobody_out() {
+    let served = serve(Clock::Manual, 1, None);
+    let stays: Vec<Watcher> = (0..64)
+        .map(|_| {
+            let mut watcher = served.watch("");
+            watcher.frame(0x81, b"zz");
+            watcher.next_of("problem");
+            watcher.next();
+            watcher
+        })
+        .collect();
+    let mut another = served.watch("");
+    another.say(&json!({}));
+    another.next_of("hello");
+    drop(stays);
+}
+
+/// Answers to its pings would pile up for it, without end.
+#[test]
+fn who_takes_no_answers_is_not_heard_until_it_does() {
+    const PINGS: usize = 1 << 16;
+    let served = serve(Clock::Manual, 1, None);
+    let mut watcher = served.watch("");
+    watcher.say(&json!({ "kinds": ["command"] }));
+    watcher.next_of("hello");
+    watcher.stream.set_write_timeout(Some(Duration::from_secs(1))).unwrap();
+    let pings = [&[0x89, 0xFD, 0, 0, 0, 0][..], &[7; 125]].concat().repeat(PINGS);
+    let mut taken = 0;
+    // Systems keep some of it.
+    while taken < 64 << 20 {
+        match watcher.stream.write(&pings[taken % 131..]) {
+            Ok(count) => taken += count,
+            Err(_) => break,
+        }
+    }
+    assert!(taken < 64 << 20, "{taken}");
+    assert_eq!(served.get("/v1").status, 200);
+    let whole = taken / 131;
+    let rest = pings[taken % 131..131].to_vec();
+    let mut stream = watcher.stream.try_clone().unwrap();
+    stream.set_write_timeout(None).unwrap();
+    let ends = std::thread::spawn(move || {
+        if rest.len() < 131 {
+            stream.write_all(&rest).unwrap();
+        }
+        stream.write_all(b"\x81\x82\0\0\0\0{}").unwrap();
+    });
+    let mut pong = [0; 127];
+    for _ in 0..whole {
+        watcher.reader.read_exact(&mut pong).unwrap();
+        assert_eq!(pong, *[&[0x8A, 125][..], &[7; 125]].concat());
+    }
+    ends.join().unwrap();
+}
+
 // --- who may ---
 
 #[test]
