@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::time::Duration;
 
 use tempfile::TempDir;
 
@@ -132,6 +133,32 @@ fn what_a_client_wrote_before_it_closed_comes_before_the_news_of_that() {
         if line == "pty: a client closed the line" {
             assert_eq!(before("speaks").unwrap(), "pty: a client speaks", "{number}: {told:#?}");
         }
+    }
+}
+
+/// However quickly it came and went.
+#[test]
+fn what_a_client_sent_is_told_between_its_coming_and_its_going() {
+    const CLIENTS: usize = 200;
+    let mut talk = Talk::start("");
+    for _ in 0..CLIENTS {
+        let mut pty = talk.open_pty();
+        pty.write_all(b"@0d100\r").unwrap();
+        drop(pty);
+        // It may be seen in any of these states, and by who waits or by who asks.
+        std::thread::sleep(Duration::from_millis(1));
+        talk.settle();
+    }
+    let told = talk.end();
+    let of_pty = |line: &&String| line.starts_with("pty: a client ") && !line.ends_with("speaks");
+    let told: Vec<&String> =
+        told.iter().filter(|line| line.starts_with("@0d") || of_pty(line)).collect();
+    assert_eq!(told.len(), 3 * CLIENTS);
+    for visit in told.chunks(3) {
+        let [opened, sent, closed] = visit else { panic!("{visit:?}") };
+        assert_eq!(*opened, "pty: a client opened the line", "{visit:?}");
+        assert!(sent.starts_with("@0d100"), "{visit:?}");
+        assert_eq!(*closed, "pty: a client closed the line", "{visit:?}");
     }
 }
 

@@ -217,11 +217,13 @@ impl Transport for Pty {
         self.notice(seen);
         // What a client wrote before it closed comes before the news of that.
         let leaves = matches!(self.news.front(), Some(News::Closed { .. })) && !self.seen.open;
-        if leaves
-            && self.early.is_empty()
-            && let Ok(n @ 1..) = self.near.try_read(buffer)
-        {
-            return Poll::Ready(Received::Bytes(n));
+        if leaves && !buffer.is_empty() {
+            if !self.early.is_empty() {
+                return Poll::Ready(Received::Bytes(take(&mut self.early, buffer)));
+            }
+            if let Ok(n @ 1..) = self.near.try_read(buffer) {
+                return Poll::Ready(Received::Bytes(n));
+            }
         }
         if let Some(news) = self.news.pop_front() {
             return Poll::Ready(Received::News(news));
