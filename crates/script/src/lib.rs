@@ -7,6 +7,7 @@ use vimc4_device::escape;
 use vimc4_ncp::language::{BYTE_ORDER_MARK, decode, meant};
 
 mod escapes;
+mod packed;
 mod readable;
 mod sort;
 mod work;

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use vimc4_catalogue::Handling;
 
 use crate::before_end_mark;
+use crate::packed::packed;
 use crate::sort::{BEGINNINGS, is_comment, is_job, is_plot};
 
 /// How many bytes at the beginning of a file show what it is.
@@ -51,13 +52,6 @@ pub fn readable(name: &str, bytes: &[u8], handling: &Handling) -> Result<(), Str
         false => BEGINNINGS,
     };
     Err(format!("{name} is binary, {what}: it has no commands that could be sent; {right}"))
-}
-
-/// What a file is packed with, if something has.
-pub(crate) fn packed(bytes: &[u8]) -> Option<&'static str> {
-    let packers: [(&[u8], _); 3] =
-        [(b"\x1F\x8B", "gzip"), (b"\x28\xB5\x2F\xFD", "zstd"), (b"PK\x03\x04", "zip")];
-    packers.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, packer)| *packer)
 }
 
 /// Whether this is not a text: more than one byte in ten is a control character that no text has, or

@@ -4,7 +4,7 @@ use vimc4_catalogue::{Family, Handling, Model, model, models};
 use vimc4_ncp::language;
 
 use crate::escapes::behind;
-use crate::readable::packed;
+use crate::packed::packed;
 
 /// Whether the first line that says something begins with the name of a command of job files.
 #[must_use]

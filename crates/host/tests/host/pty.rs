@@ -1,6 +1,7 @@
 //! Pseudo-terminals, end to end.
 
 use std::fs::{self, File, OpenOptions};
+use std::future::poll_fn;
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use rustix::termios::{
     ControlModes, InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl,
     tcgetattr, tcsetattr,
 };
-use vimc4_host::{Clock, News, Pty, Report, What};
+use vimc4_host::{Clock, News, Pty, Received, Report, Transport, What};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -190,6 +191,32 @@ fn what_was_written_before_closing_arrives() {
         |report| matches!(&report.what, What::Sent { bytes } if &bytes[..] == b"hello"),
     );
     running.end().unwrap();
+}
+
+/// Whether it is seen first that somebody came and went, or what was sent.
+#[test]
+fn what_was_written_comes_before_the_news_of_the_closing() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut pty = Pty::open(19_200).unwrap();
+        let mut buffer = [0; 16];
+        for number in 0..100 {
+            let mut port = open(pty.path());
+            port.write_all(b"e1\r").unwrap();
+            drop(port);
+            let mut told = Vec::new();
+            while told.last() != Some(&"closed") {
+                let received = poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await;
+                told.push(match received {
+                    Received::News(News::Opened { .. }) => "opened",
+                    Received::News(News::Closed { .. }) => "closed",
+                    Received::Bytes(3) => "bytes",
+                    received => panic!("{received:?}"),
+                });
+            }
+            assert_eq!(told, ["opened", "bytes", "closed"], "{number}");
+        }
+    });
 }
 
 #[test]
