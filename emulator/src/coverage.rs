@@ -1,7 +1,5 @@
 //! `vimc4 coverage`, and what `--coverage` of other commands keeps.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use vimc4::{Coverage, Model, add_coverage, read_coverage};
@@ -64,29 +62,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let outputs = [&arguments.html, &arguments.lcov, &source].into_iter().flatten();
     none_twice(arguments.files.iter().map(PathBuf::as_path), outputs.map(PathBuf::as_path))?;
+    if let Some(path) = &arguments.lcov {
+        output::must_be_file(path, "the text that this is about is put beside it")?;
+    }
     if let Some(path) = &arguments.html {
-        write(path, &coverage.html())?;
+        output::write(path, coverage.html().as_bytes())?;
     }
     if let (Some(path), Some(source)) = (&arguments.lcov, &source) {
         // Viewers read the tracefile in a folder of their own.
         let absolute = std::path::absolute(source).unwrap_or_else(|_| source.clone());
         let lcov = coverage.lcov(&absolute.display().to_string());
-        write(source, &lcov.source)?;
-        write(path, &lcov.tracefile)?;
+        output::write(source, lcov.source.as_bytes())?;
+        output::write(path, lcov.tracefile.as_bytes())?;
     }
     if !arguments.missing {
         return output::print(&Coverage::table(&coverage));
     }
     output::print(&coverage.missing().iter().map(|line| format!("{line}\n")).collect::<String>())
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|error: io::Error| {
-        Failure::usage(format!(
-            "cannot write {}: {error}; name a file in a folder that can be written to",
-            path.display()
-        ))
-    })
 }
 
 /// Sees to it before anything begins that a file can be used for this model at the end.

@@ -12,7 +12,7 @@ use vimc4_motion::{Path, Profile, Segment};
 use vimc4_picture::{Axis, Back, Colouring, Frame, Picture, Plot, Purpose, View, dxf, gcode};
 
 use crate::failure::Failure;
-use crate::output::{self, claim};
+use crate::output::Destination;
 use crate::text;
 
 /// What is written of what is done, besides its answers.
@@ -47,10 +47,9 @@ impl Shown {
                     )));
                 }
             };
-            let path = PathBuf::from(path);
-            claim(&path)?;
+            let destination = Destination::claim(path::Path::new(path))?;
             let drawing = drawing.get_or_insert_with(|| Drawing::new(frame.clone()));
-            drawing.exports.push((write, path));
+            drawing.exports.push((write, destination));
         }
         Ok(drawing)
     }
@@ -126,7 +125,7 @@ impl Pictured {
                 )));
             }
         };
-        claim(path)?;
+        let destination = Destination::claim(path)?;
         let views = self.plot_view.iter().map(|view| match view {
             ViewName::Top => View::Top,
             ViewName::Front => View::Front,
@@ -135,7 +134,7 @@ impl Pictured {
             ViewName::Time => View::Time,
         });
         Ok(Some(Drawing {
-            picture: Some((format, path.clone())),
+            picture: Some((format, destination)),
             views: views.collect(),
             colouring: match self.plot_colour {
                 ColourName::Kind => Colouring::Kind,
@@ -156,8 +155,8 @@ pub(crate) struct Drawing {
     frame: Frame,
     /// Where the carriages stood when the counters were 0 for the first motion.
     stood: Option<Vec<i64>>,
-    picture: Option<(Format, PathBuf)>,
-    exports: Vec<(Export, PathBuf)>,
+    picture: Option<(Format, Destination)>,
+    exports: Vec<(Export, Destination)>,
     views: Vec<View>,
     colouring: Colouring,
     is_opened: bool,
@@ -263,10 +262,16 @@ impl Drawing {
                 axis.travel = (low.map(|low| low - stood), high.map(|high| high - stood));
             }
         }
-        for (write, path) in &self.exports {
-            output::write(path, write(&self.plot, &self.frame).as_bytes())?;
-        }
-        let Some((format, path)) = &self.picture else { return Ok(()) };
+        // Each of them, whatever becomes of the others.
+        let exported = std::mem::take(&mut self.exports).into_iter();
+        let exported = exported.map(|(write, destination)| {
+            destination.write(write(&self.plot, &self.frame).as_bytes())
+        });
+        exported.fold(Ok(()), Result::and).and(self.picture())
+    }
+
+    fn picture(&mut self) -> Result<(), Failure> {
+        let Some((format, destination)) = self.picture.take() else { return Ok(()) };
         let views = match self.views.as_slice() {
             [] => Picture::best_views(&self.plot),
             views => views,
@@ -278,9 +283,10 @@ impl Drawing {
                 Failure::midway("there is no memory for the dots of the picture; use .svg")
             })?,
         };
-        output::write(path, &bytes)?;
+        let path = destination.path().to_owned();
+        destination.write(&bytes)?;
         if self.is_opened {
-            show(path);
+            show(&path);
         }
         Ok(())
     }

@@ -39,6 +39,7 @@ mod run;
 mod send;
 mod serve;
 mod setup;
+mod streams;
 mod sweep;
 mod text;
 mod traces;

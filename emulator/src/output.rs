@@ -1,11 +1,12 @@
-//! Standard output, where what was asked for goes.
+//! Where what was asked for goes: standard output, and files.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Seek as _, Write};
-use std::path::Path;
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::failure::Failure;
+use crate::streams::{self, is_file, is_standard};
 
 /// Prints what was asked for.
 ///
@@ -13,12 +14,8 @@ use crate::failure::Failure;
 ///
 /// If it cannot be written. A reader that has closed the pipe is not an error.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    print_bytes(text.as_bytes())
-}
-
-fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    written(out.write_all(bytes).and_then(|()| out.flush()))
+    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
 /// What it means that something could, or could not, be written to standard output.
@@ -31,99 +28,104 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// A new file for what is drawn, at a name that somebody has given. What is drawn to standard output or
-/// standard error is added to what stands there.
+/// What it means that something could, or could not, be written where a path leads to.
+///
+/// # Errors
+///
+/// If it could not. A reader of standard output that has gone is not an error.
+pub(crate) fn written_to(path: &Path, written: io::Result<()>) -> Result<(), Failure> {
+    match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe && is_standard(path) => Ok(()),
+        written => written.map_err(|error| unwritable(path, &error)),
+    }
+}
+
+/// A new file for what is drawn, at a name that somebody has given. What is drawn to a stream that is open
+/// already is added to what stands there.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    match standard(path) {
-        Some(file) => file.map_err(|error| unwritable(path, &error)),
+    match streams::open(path) {
+        Some(stream) => stream.map_err(|error| unwritable(path, &error)),
         None => opened(path, OpenOptions::new().truncate(true).create(true)),
     }
 }
 
-/// Sees to it that what is drawn to a file can be gone back in, before anything is drawn.
-pub(crate) fn must_go_back(path: &Path, file: &mut File) -> Result<(), Failure> {
-    if is_standard(path) || file.stream_position().is_err() {
-        return Err(Failure::usage(format!(
-            "cannot write {}: the beginning of this format is written last, which needs a file of its own; \
-             name one",
-            path.display()
-        )));
+/// Sees to it, before anything is touched, that something goes to a file, which it needs for this reason.
+pub(crate) fn must_be_file(path: &Path, why: &str) -> Result<(), Failure> {
+    if is_file(path) {
+        return Ok(());
     }
-    Ok(())
+    Err(Failure::usage(format!(
+        "cannot write {}: {why}, which needs a file of its own; name one",
+        path.display()
+    )))
 }
 
-/// Sees to it before anything is done that a file can be written at the end. What stands there stays until
-/// then, and nothing is left where nothing stood.
-pub(crate) fn claim(path: &Path) -> Result<(), Failure> {
-    match fs::metadata(path) {
-        // Whoever reads a pipe would take this for its end.
-        Ok(there) if !there.is_file() && !there.is_dir() => Ok(()),
-        Ok(_) => opened(path, &mut OpenOptions::new()).map(drop),
-        Err(_) => {
-            create(path)?;
-            // A link may lead to it, and stays.
-            let made = fs::canonicalize(path).and_then(fs::remove_file);
-            made.map_err(|error| unwritable(path, &error))
-        }
+/// Where something is written at the end. What stands there stays until then.
+pub(crate) struct Destination {
+    path: PathBuf,
+    /// What is no file, such as a pipe, is open from the beginning: its reader finds no end before, and
+    /// whoever waits in vain for a reader does so before anything is done.
+    stream: Option<File>,
+}
+
+impl Destination {
+    /// Sees to it before anything is done that a destination can be written to at the end. Nothing is left where
+    /// nothing stood.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot.
+    pub(crate) fn claim(path: &Path) -> Result<Destination, Failure> {
+        let stream = match fs::metadata(path) {
+            Ok(_) if !is_file(path) => Some(create(path)?),
+            Ok(_) => {
+                opened(path, &mut OpenOptions::new())?;
+                None
+            }
+            Err(_) => {
+                create(path)?;
+                // A link may lead to it, and stays.
+                let made = fs::canonicalize(path).and_then(fs::remove_file);
+                made.map_err(|error| unwritable(path, &error))?;
+                None
+            }
+        };
+        Ok(Destination { path: path.to_owned(), stream })
+    }
+
+    /// Where that is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a file, so that it is there as a whole, or as it was, or not at all. What is no file is written
+    /// to as it is.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be written.
+    pub(crate) fn write(mut self, bytes: &[u8]) -> Result<(), Failure> {
+        let path = &self.path;
+        let written = match (&mut self.stream, fs::metadata(path)) {
+            (Some(stream), _) => {
+                // What was printed before stands before it. Whether that can be written is said by who
+                // prints.
+                let _ = io::stdout().flush();
+                stream.write_all(bytes)
+            }
+            (None, Ok(there)) => replace(path, &there, bytes),
+            (None, Err(_)) => fs::write(path, bytes).inspect_err(|_| {
+                // A link may lead to it, and stays.
+                let _ = fs::canonicalize(path).and_then(fs::remove_file);
+            }),
+        };
+        written_to(path, written)
     }
 }
 
-/// Writes a file at a name that somebody has given, so that it is there as a whole, or as it was, or not at
-/// all. What is no file, such as a pipe, is written to as it is.
+/// Writes a file at a name that somebody has given, as [`Destination`] does.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let written = match fs::metadata(path) {
-        _ if is_standard_output(path) => return print_bytes(bytes),
-        _ if is_standard_error(path) => io::stderr().write_all(bytes),
-        // Somebody has it open, and goes on writing there.
-        Ok(_) if path.starts_with("/dev") || path.starts_with("/proc") => fs::write(path, bytes),
-        Ok(there) if there.is_file() => replace(path, &there, bytes),
-        Ok(_) => fs::write(path, bytes),
-        Err(_) => fs::write(path, bytes).inspect_err(|_| {
-            // A link may lead to it, and stays.
-            let _ = fs::canonicalize(path).and_then(fs::remove_file);
-        }),
-    };
-    written.map_err(|error| unwritable(path, &error))
-}
-
-/// Standard output or standard error, if that is what a path means, so that what else is written there
-/// comes before or after.
-#[cfg(unix)]
-fn standard(path: &Path) -> Option<io::Result<File>> {
-    use std::os::fd::AsFd as _;
-    let file = if is_standard_output(path) {
-        io::stdout().flush().and_then(|()| io::stdout().as_fd().try_clone_to_owned())
-    } else if is_standard_error(path) {
-        io::stderr().as_fd().try_clone_to_owned()
-    } else {
-        return None;
-    };
-    Some(file.map(File::from))
-}
-
-#[cfg(not(unix))]
-fn standard(_: &Path) -> Option<io::Result<File>> {
-    None
-}
-
-/// Whether a path means standard output or standard error, where what else is written is to stay.
-pub(crate) fn is_standard(path: &Path) -> bool {
-    is_standard_output(path) || is_standard_error(path)
-}
-
-fn is_standard_output(path: &Path) -> bool {
-    is_named(path, 1, "out")
-}
-
-fn is_standard_error(path: &Path) -> bool {
-    is_named(path, 2, "err")
-}
-
-/// Whether a path is one of those by which a system names a stream.
-fn is_named(path: &Path, number: u32, name: &str) -> bool {
-    let names =
-        [format!("/dev/std{name}"), format!("/dev/fd/{number}"), format!("/proc/self/fd/{number}")];
-    names.iter().any(|known| path == Path::new(known))
+    Destination::claim(path)?.write(bytes)
 }
 
 /// Puts a new file in the place of one that is there, where a link leads to it.
@@ -158,8 +160,9 @@ fn opened(path: &Path, how: &mut OpenOptions) -> Result<File, Failure> {
 
 /// Why a file cannot be written.
 pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    use ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    use ErrorKind::{BrokenPipe, FileTooLarge, QuotaExceeded, StorageFull};
     let right = match error.kind() {
+        BrokenPipe => "what has read it has gone: let it read to the end, or name a file",
         FileTooLarge | QuotaExceeded | StorageFull => {
             "make room where it leads to, and begin again"
         }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use clap::ArgAction;
 use serde::Serialize;
 use tokio::runtime;
-use tokio::task::yield_now;
+use tokio::task::{spawn_blocking, yield_now};
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 use vimc4_timeline::recording::LineSort;
@@ -33,7 +33,7 @@ use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::recording::drawn::Live;
 use crate::traces;
 use crate::values::size;
-use crate::waves::Drawn;
+use crate::waves::{Drawn, Sheets};
 
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
@@ -275,7 +275,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         };
         let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
-        let kept = counted.keep().and(drawn.into_iter().try_for_each(Live::finish));
+        let kept = counted.keep().and(Live::finish_all(drawn));
         let end = end.and_then(|code| kept.map(|()| code));
         let _ = timeout(STANDSTILL, answers.written()).await;
         end
@@ -319,7 +319,7 @@ pub(crate) async fn finish(
 ) -> Result<(), Failure> {
     let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
-    counted.keep().and(drawn.into_iter().try_for_each(Live::finish))
+    counted.keep().and(Live::finish_all(drawn))
 }
 
 /// The controllers whose coverage is kept when they have ended, and where.
@@ -427,14 +427,15 @@ pub(crate) async fn start(
             builder = builder.flash(numbered(file, several));
         }
         if let Some(file) = &arguments.record {
-            builder = builder.record(recording(file, several)).recorded_by("serve");
+            let file = recording(file, several);
+            builder = builder.record(file).recorded_by("serve");
             let log = log.clone();
             builder = builder.on_recording_error(move |error| log.say(error));
             if let Some(size) = arguments.record_size {
                 builder = builder.record_size(size);
             }
         }
-        if let Some(sheets) = arguments.drawn.open(several)? {
+        if let Some(sheets) = sheets(&arguments.drawn, several).await? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
             let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets)?;
@@ -451,6 +452,15 @@ pub(crate) async fn start(
         yield_now().await;
     }
     Ok(())
+}
+
+/// Opens what a controller is drawn on, which may wait for whoever reads a pipe: meanwhile the user may cancel.
+async fn sheets(drawn: &Drawn, number: Option<u16>) -> Result<Option<Sheets>, Failure> {
+    if drawn.files().next().is_none() {
+        return Ok(None);
+    }
+    let drawn = drawn.clone();
+    spawn_blocking(move || drawn.open(number)).await.map_err(Failure::midway)?
 }
 
 /// The threads that the controllers share, this one first: no more than there are processors to

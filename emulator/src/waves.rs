@@ -1,7 +1,7 @@
 //! Waveforms in files, as `--vcd`, `--fst`, `--csv` and `--perfetto` ask for them.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,6 +15,7 @@ use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, l
 use crate::failure::Failure;
 use crate::output;
 use crate::places::numbered;
+use crate::streams::{is_file, is_null};
 
 /// Of each option by itself: that of a whole struct would stay for the options that follow.
 const HEADING: &str = "Waveforms";
@@ -66,11 +67,17 @@ impl Drawn {
     ///
     /// If one cannot be written.
     pub(crate) fn open(&self, number: Option<u16>) -> Result<Option<Sheets>, Failure> {
-        let named = |path: &Option<PathBuf>| path.as_deref().map(|path| numbered(path, number));
-        let [vcd, fst, csv, perfetto] =
-            [&self.vcd, &self.fst, &self.csv, &self.perfetto].map(named);
         if self.files().next().is_none() {
             return Ok(None);
+        }
+        let named = |path: &Option<PathBuf>| {
+            let named = |path: &Path| Ok::<_, Failure>(numbered(path, number));
+            path.as_deref().map(named).transpose()
+        };
+        let Drawn { vcd, fst, csv, perfetto } = self;
+        let (vcd, fst, csv, perfetto) = (named(vcd)?, named(fst)?, named(csv)?, named(perfetto)?);
+        if let Some(path) = fst.as_ref().filter(|path| !is_null(path)) {
+            output::must_be_file(path, "the beginning of this format is written last")?;
         }
         let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();
         let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms };
@@ -80,7 +87,6 @@ impl Drawn {
         }
         if let Some(path) = fst {
             let page = sheets.page(path)?;
-            page.must_go_back()?;
             sheets.sheets.push(Box::new(Fst::new(page)));
         }
         if let Some(path) = csv {
@@ -123,7 +129,7 @@ impl Sheets {
 /// Writes a file beside another, unless there is one: then it is somebody's own.
 fn beside(path: &Path, ending: &str, text: &str) -> Result<(), Failure> {
     // What is drawn into a pipe or to standard output has nothing beside it.
-    if output::is_standard(path) || !fs::metadata(path).is_ok_and(|file| file.is_file()) {
+    if !is_file(path) {
         return Ok(());
     }
     let path = path.with_extension(ending);
@@ -172,7 +178,8 @@ impl Waves {
     /// If not everything could be written.
     pub(crate) fn finish(self, at: Time) -> Result<(), Failure> {
         self.analyser.finish(at);
-        self.files.iter().try_for_each(Page::finish)
+        // Each of them, whatever becomes of the others.
+        self.files.iter().map(Page::finish).fold(Ok(()), Result::and)
     }
 }
 
@@ -207,11 +214,6 @@ impl Page {
         Ok(Page(Arc::new(Mutex::new(written))))
     }
 
-    fn must_go_back(&self) -> Result<(), Failure> {
-        let Written { path, file, .. } = &mut *self.lock();
-        output::must_go_back(path, file)
-    }
-
     fn lock(&self) -> MutexGuard<'_, Written> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -222,12 +224,7 @@ impl Page {
             bar.finish_and_clear();
         }
         let outcome = std::mem::replace(&mut written.outcome, Ok(()));
-        outcome.map_err(|error| {
-            Failure::usage(format!(
-                "cannot write {}: {error}; make room where it leads to, and begin again",
-                written.path.display()
-            ))
-        })
+        output::written_to(&written.path, outcome)
     }
 }
 

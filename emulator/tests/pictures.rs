@@ -306,7 +306,7 @@ fn what_has_not_begun_leaves_nothing() {
     assert_eq!(waits.child.wait().unwrap().code(), Some(130));
 }
 
-/// A pipe is opened when there is something to be written, so that its reader does not find an end before.
+/// A pipe is open until all is written, so that its reader does not find an end before.
 #[test]
 fn a_picture_goes_into_a_pipe() {
     let folder = bench();
@@ -346,40 +346,6 @@ fn a_disk_that_is_full_breaks_no_picture_off() {
     assert!(fs::symlink_metadata(path.join("link.svg")).unwrap().is_symlink());
     assert!(read(path, "drawn/old.svg").ends_with("</svg>\n"));
     assert_eq!(fs::read_dir(path.join("drawn")).unwrap().count(), 1);
-}
-
-/// Where standard output leads to a file, what else is written there stays.
-#[test]
-fn what_is_drawn_to_standard_output_is_added() {
-    let folder = bench();
-    let path = folder.path();
-    written(path, "list.txt", "@07\n@0A100,900,0,900,0,900,0,900\n");
-    for (name, to) in [("/dev/stdout", ">>"), ("/dev/fd/1", ">>"), ("/dev/stderr", "2>>")] {
-        written(path, "all.txt", "before\n");
-        let run = format!("bin/vimc4 run list.txt --machine mill --as gcode {name}");
-        let line = format!("{{ {run}; echo behind >&2; echo behind; }} {to} all.txt");
-        let (code, _, err) = said(shell(path, &line));
-        assert_eq!(code, 0, "{err}");
-        let all = read(path, "all.txt");
-        assert!(all.starts_with("before\n") && all.contains("\nG1 "), "{name}: {all}");
-        assert!(all.ends_with("\nbehind\n"), "{name}: {all}");
-    }
-    for (kind, sign) in
-        [("vcd", "$timescale"), ("csv", "seconds,"), ("perfetto", "\"traceEvents\"")]
-    {
-        written(path, "all.txt", "before\n");
-        let line = format!("bin/vimc4 run list.txt --{kind} /dev/stdout >> all.txt");
-        let (code, _, err) = said(shell(path, &line));
-        assert_eq!(code, 0, "{err}");
-        let all = read(path, "all.txt");
-        assert!(all.starts_with("before\n") && all.contains(sign), "{kind}: {all}");
-        assert!(all.ends_with("every command was answered\n"), "{kind}: {all}");
-        assert!(!Path::new("/dev/stdout.gtkw").exists(), "{kind}");
-    }
-    // The beginning of this one is written last, which would be in the midst of something else.
-    let line = "bin/vimc4 run list.txt --fst /dev/stdout >> all.txt";
-    let (code, _, err) = said(shell(path, line));
-    assert!(code == 2 && err.contains("needs a file of its own"), "{err}");
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! `vimc4 ncp compile`: a job as a data field.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -75,8 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let axes = format!("; axes: {} ({})\n", field.axes.bits(), field.axes);
     let whole = job.setup.comments() + &axes + &field.text;
     let written = match &arguments.output {
-        Some(path) => fs::write(path, &whole)
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display()))),
+        Some(path) => output::write(path, whole.as_bytes()),
         None => output::print(&whole),
     };
     written?;

@@ -251,10 +251,19 @@ impl Live {
     /// # Errors
     ///
     /// If not everything could be written.
-    pub(crate) fn finish(self) -> Result<(), Failure> {
+    fn finish(self) -> Result<(), Failure> {
         // A thread that has failed says why.
         let _ = self.sender.send(Told::End);
         self.thread.join().unwrap_or(Ok(()))
+    }
+
+    /// Draws the rest of each of them, whatever becomes of the others.
+    ///
+    /// # Errors
+    ///
+    /// As [`finish`](Live::finish).
+    pub(crate) fn finish_all(all: Vec<Live>) -> Result<(), Failure> {
+        all.into_iter().map(Live::finish).fold(Ok(()), Result::and)
     }
 }
 

@@ -13,7 +13,8 @@ use vimc4_timeline::{Branch, BranchId, Place};
 
 use super::history::{Commands, Opened, open};
 use crate::failure::Failure;
-use crate::output::{self, claim};
+use crate::output::Destination;
+use crate::streams::is_stream;
 use crate::text;
 
 /// How a page begins.
@@ -21,13 +22,13 @@ const PAGE: &[u8] = b"<!doctype html>";
 
 /// Writes it.
 pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
-    if out.is_file() && !is_page(out) {
+    if out.is_file() && !is_stream(out) && !is_page(out) {
         let name = text::name(out);
         return Err(Failure::usage(format!(
             "{name} is there and is no page, and would be overwritten; name another file"
         )));
     }
-    claim(out)?;
+    let destination = Destination::claim(out)?;
     let Opened { mut debugger, model, machine, .. } = open(recording, Commands::Unlisted)?;
     if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
         return Err(Failure::midway(why));
@@ -66,7 +67,7 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     history.go_to(end);
     film.see(history.device().device());
     let page = film.page().map_err(Failure::midway)?;
-    output::write(out, page.as_ref())
+    destination.write(page.as_ref())
 }
 
 /// Up to when the branches count on the way to one, where somebody has left them for an earlier time.

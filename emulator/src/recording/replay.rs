@@ -104,8 +104,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     };
     let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
     let frame = drawing::frame(&arguments.file, &other.model, &other.machine);
-    let picture = arguments.pictured.begin(frame)?;
-    let sheets = arguments.drawn.open(None)?;
+    let (pictured, drawn) = (arguments.pictured.clone(), arguments.drawn.clone());
+    // Whoever is to read a pipe may never come.
+    let begin = move || Ok::<_, Failure>((pictured.begin(frame)?, drawn.open(None)?));
+    let Some(begun) = endings::unless_asked(begin) else {
+        let why = "what is drawn had no reader yet";
+        heed(&mut ending, || not_begun(arguments, Some(&recording), why));
+        return Ok(INTERRUPTED.into());
+    };
+    let (picture, sheets) = begun?;
     // Otherwise it is said up to where it is drawn, and that is all.
     let interrupted = || match arguments.json {
         true => not_begun(arguments, Some(&recording), ""),

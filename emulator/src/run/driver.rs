@@ -169,11 +169,13 @@ impl Driver {
         if let Some(tape) = self.tape.take() {
             tape.end(device, why);
         }
-        self.covering.take().map_or(Ok(()), Covering::keep)?;
+        // Each of them, whatever becomes of the others.
+        let kept = self.covering.take().map_or(Ok(()), Covering::keep);
         let drawing = self.drawing.take();
-        drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)))?;
-        self.waves.take().map_or(Ok(()), |waves| waves.finish(now))?;
-        self.meter.end_trace()
+        let drawn = drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)));
+        let waved = self.waves.take().map_or(Ok(()), |waves| waves.finish(now));
+        let traced = self.meter.end_trace();
+        kept.and(drawn).and(waved).and(traced)
     }
 
     /// Everything is written and said. If somebody has asked for the end, that is the end of the program.

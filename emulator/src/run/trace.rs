@@ -8,6 +8,7 @@ use vimc4_device::{Point, Time};
 use vimc4_motion::Segment;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// A table with a row for each step: the time in seconds and the counters, separated by commas.
 pub(crate) struct Trace {
@@ -24,9 +25,7 @@ impl Trace {
     }
 
     fn new(path: &Path, axes: &[&str]) -> Result<Trace, Failure> {
-        let file = File::create(path)
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
-        let mut out = BufWriter::new(file);
+        let mut out = BufWriter::new(output::create(path)?);
         let written = writeln!(out, "seconds,{}", axes.join(","));
         Ok(Trace { path: path.to_owned(), out, axes: axes.len(), written })
     }
@@ -47,12 +46,6 @@ impl Trace {
 
     /// Ends the table.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
-        let written = self.written.and_then(|()| self.out.flush());
-        written.map_err(|error| {
-            Failure::usage(format!(
-                "cannot write {}: {error}; make room where it leads to, and begin again",
-                self.path.display()
-            ))
-        })
+        output::written_to(&self.path, self.written.and_then(|()| self.out.flush()))
     }
 }
