@@ -29,7 +29,7 @@ use crate::failure::Failure;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
-use crate::places::{LISTENS, PTY, counted_up, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
@@ -184,7 +184,7 @@ impl Ports {
                 builder = builder.serial(device);
             }
             if let Some(file) = &self.flash {
-                builder = builder.flash(numbered(file, several));
+                builder = builder.flash(numbered(file, in_name(file, several)?));
             }
             emulators.push(builder.start()?);
         }

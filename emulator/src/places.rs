@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::streams::{is_file, is_null};
 
 /// The default address at which it listens.
 pub(crate) const LISTENS: &str = "127.0.0.1:4004";
@@ -21,6 +22,23 @@ pub(crate) fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
+}
+
+/// The number that is put into the name of a file of which each of several controllers has its own. All of
+/// them have the same place where everything is lost.
+///
+/// # Errors
+///
+/// If it is no file, of which there cannot be several.
+pub(crate) fn in_name(path: &Path, number: Option<u16>) -> Result<Option<u16>, Failure> {
+    if number.is_some() && !is_file(path) && !is_null(path) {
+        return Err(Failure::usage(format!(
+            "{} is one stream, and each of several controllers needs a file of its own; name a file, to \
+             which the number of each is added: of out.csv the second has out-2.csv",
+            path.display()
+        )));
+    }
+    Ok(number.filter(|_| !is_null(path)))
 }
 
 /// The address with a port that is `more` higher; port 0 stays, it means any.

@@ -29,7 +29,7 @@ use crate::identity::none_twice;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
-use crate::places::{LISTENS, PTY, counted_up, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
 use crate::recording::drawn::Live;
 use crate::traces;
 use crate::values::size;
@@ -424,10 +424,10 @@ pub(crate) async fn start(
             builder = builder.serial(device);
         }
         if let Some(file) = &arguments.flash {
-            builder = builder.flash(numbered(file, several));
+            builder = builder.flash(numbered(file, in_name(file, several)?));
         }
         if let Some(file) = &arguments.record {
-            let file = recording(file, several);
+            let file = recording(file, in_name(file, several)?);
             builder = builder.record(file).recorded_by("serve");
             let log = log.clone();
             builder = builder.on_recording_error(move |error| log.say(error));

@@ -14,7 +14,7 @@ use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Sheet, Trace, Vcd, l
 
 use crate::failure::Failure;
 use crate::output;
-use crate::places::numbered;
+use crate::places::{in_name, numbered};
 use crate::streams::{is_file, is_null};
 
 /// Of each option by itself: that of a whole struct would stay for the options that follow.
@@ -71,7 +71,7 @@ impl Drawn {
             return Ok(None);
         }
         let named = |path: &Option<PathBuf>| {
-            let named = |path: &Path| Ok::<_, Failure>(numbered(path, number));
+            let named = |path: &Path| Ok::<_, Failure>(numbered(path, in_name(path, number)?));
             path.as_deref().map(named).transpose()
         };
         let Drawn { vcd, fst, csv, perfetto } = self;

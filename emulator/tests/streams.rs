@@ -168,6 +168,27 @@ fn pages_and_data_fields_are_added_too() {
     assert!(!path.join("pipe.txt").exists());
 }
 
+/// Each of several controllers needs a file, of which there are several only where it is one.
+#[test]
+fn several_controllers_share_no_stream() {
+    let folder = bench();
+    let path = folder.path();
+    symlink("/dev/stdout", path.join("link.csv")).unwrap();
+    pipe(path, "pipe");
+    let before = names(path);
+    let serve = "echo quit | bin/vimc4 serve --pty none --tcp 127.0.0.1:0 --count 2";
+    for option in
+        ["--csv link.csv", "--vcd /dev/stdout", "--perfetto pipe", "--record pipe", "--flash pipe"]
+    {
+        let (code, _, err) = said(shell(path, &format!("{serve} {option}")));
+        assert!(code == 2 && err.contains("needs a file of its own"), "{option}: {err}");
+        assert_eq!(names(path), before, "{option}");
+    }
+    let (code, _, err) = said(shell(path, &format!("{serve} --csv /dev/null")));
+    assert_eq!(code, 0, "{err}");
+    assert!(!Path::new("/dev/null-1").exists());
+}
+
 /// Whoever waits in vain for a reader ends it at the first request.
 #[test]
 fn what_waits_for_a_reader_ends_when_it_is_asked() {

@@ -12,7 +12,7 @@ use vimc4_timeline::Progress;
 
 use crate::failure::Failure;
 use crate::live::{self, Live, Ring};
-use crate::places::{LISTENS, PTY, counted_up, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
 use crate::setup::Setup;
 use vimc4_answers::profiles::quirky;
 
@@ -155,7 +155,8 @@ pub(super) fn start(
         builder = builder.serial(device);
     }
     if let Some(file) = &configuration.flash {
-        builder = builder.flash(numbered(&in_folder(file), number));
+        let file = in_folder(file);
+        builder = builder.flash(numbered(&file, in_name(&file, number).map_err(refused)?));
     }
     let emulator = builder.start().map_err(Failure::from).map_err(refused)?;
     let places = [
