@@ -6,12 +6,17 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 use crate::text;
 
-/// Refuses to write over what is read, or over what is written as well. Devices take both.
+/// Refuses to write over what is read, or over what is written as well. Devices take both. `-` is read from
+/// standard input, which may be a file.
 pub(crate) fn none_twice<'a>(
     inputs: impl IntoIterator<Item = &'a Path>,
     outputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), Failure> {
-    let mut named: Vec<Identity> = inputs.into_iter().map(Identity::of).collect();
+    let read = |path: &'a Path| match path == Path::new("-") {
+        true => Identity::of(Path::new("/dev/stdin")),
+        false => Identity::of(path),
+    };
+    let mut named: Vec<Identity> = inputs.into_iter().map(read).collect();
     let is_file = |path: &&Path| fs::metadata(path).map_or(true, |found| found.is_file());
     for path in outputs.into_iter().filter(is_file) {
         let identity = Identity::of(path);

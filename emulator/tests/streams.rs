@@ -168,6 +168,31 @@ fn pages_and_data_fields_are_added_too() {
     assert!(!path.join("pipe.txt").exists());
 }
 
+/// What is read through standard input is what would be overwritten, as if it were named.
+#[test]
+fn what_is_read_is_not_overwritten() {
+    let folder = bench();
+    let path = folder.path();
+    written(path, "job.ncp", "IMF_PBL_V1.0\nMOVEREL X100\nPROGEND\n");
+    let (code, _, err) = said(shell(path, "bin/vimc4 run list.txt --record of.jsonl"));
+    assert_eq!(code, 0, "{err}");
+    for (command, name) in [
+        ("run - --as gcode", "list.txt"),
+        ("run - --vcd", "list.txt"),
+        ("run - --trace", "./list.txt"),
+        ("run /dev/stdin --csv", "list.txt"),
+        ("ncp run - --perfetto", "job.ncp"),
+        ("replay - --html", "of.jsonl"),
+        ("replay - --vcd", "of.jsonl"),
+    ] {
+        let before = read(path, name);
+        let line = format!("bin/vimc4 {command} {name} < {name}");
+        let (code, _, err) = said(shell(path, &line));
+        assert!(code == 2 && err.contains("is named twice, and would be overwritten"), "{err}");
+        assert_eq!(read(path, name), before, "{line}");
+    }
+}
+
 /// Each of several controllers needs a file, of which there are several only where it is one.
 #[test]
 fn several_controllers_share_no_stream() {
