@@ -84,6 +84,11 @@ pub(crate) fn tar_gz(entries: &[Entry], time: u64) -> Outcome<Vec<u8>> {
     gz(&tar.into_inner().map_err(|error| error.to_string())?)
 }
 
+/// A time in seconds since 1970, as ISO 8601 has it.
+pub(crate) fn moment(time: u64) -> String {
+    UtcDateTime::from_unix(time.cast_signed()).to_string()
+}
+
 /// A zip archive of files in the order given.
 pub(crate) fn zip(entries: &[Entry], time: u64) -> Outcome<Vec<u8>> {
     let time = UtcDateTime::from_unix(time.cast_signed());
@@ -162,6 +167,11 @@ mod tests {
         let packed = zip(&entries(), 1_700_000_000).unwrap();
         assert_eq!(packed, zip(&entries(), 1_700_000_000).unwrap());
         unpacks("a.zip", &packed, "python3", &["-m", "zipfile", "-e", "a.zip", "."]);
+    }
+
+    #[test]
+    fn a_time_is_written_as_iso_8601_has_it() {
+        assert_eq!(moment(1_700_000_000), "2023-11-14T22:13:20Z");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What every package has beside the program: manual pages, completions, documents, examples, licences.
+//! What every package has beside the program: manual pages, completions, documents, examples, our licences.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,11 +17,7 @@ const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENS
 
 /// Files as they lie in an archive. The program itself writes its manual and completions: one of those
 /// that were built, or where none runs here one for this system.
-pub(crate) fn shared(
-    root: &Path,
-    programs: &[(&String, PathBuf)],
-    licences: String,
-) -> Outcome<Vec<Entry>> {
+pub(crate) fn shared(root: &Path, programs: &[(&String, PathBuf)]) -> Outcome<Vec<Entry>> {
     let runs = |path: &&PathBuf| {
         tool::program(path).is_ok_and(|mut program| works(program.arg("--version")))
     };
@@ -33,9 +29,7 @@ pub(crate) fn shared(
             compile::folder(root).join("debug/vimc4")
         }
     };
-    let panel = read(&root.join("crates/api/web/dist/licences.txt"))?;
-    let licences = [licences.as_bytes(), b"\nIn the panel of serve --web:\n\n", &panel].concat();
-    let mut entries = vec![Entry::file("THIRD-PARTY.txt", licences)];
+    let mut entries = Vec::new();
     for name in TEXTS {
         entries.push(Entry::file(name, read(&root.join(name))?));
     }
@@ -60,7 +54,6 @@ pub(crate) fn shared(
         let name = format!("man/man1/{}", page.file_name().to_string_lossy());
         entries.push(Entry::file(name, read(&page.path())?));
     }
-    entries.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(entries)
 }
 

@@ -1,6 +1,5 @@
 //! A Debian package: the program, what every package has, where Debian has it, and a note.
 
-use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -26,10 +25,7 @@ pub(crate) fn package(
     shared: &[Entry],
     time: u64,
 ) -> Outcome<Vec<u8>> {
-    let own = |name: &str| {
-        let path = root.join("xtask/debian").join(name);
-        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
-    };
+    let own = |name: &str| tool::text(&root.join("xtask/debian").join(name));
     let mut files = vec![Entry::program("./usr/bin/vimc4".to_owned(), program)];
     for entry in shared {
         let bytes = entry.bytes.as_slice();

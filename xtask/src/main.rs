@@ -7,6 +7,7 @@ mod contents;
 mod deb;
 mod foreign;
 mod room;
+mod runtimes;
 mod tool;
 mod wheel;
 
@@ -114,8 +115,7 @@ fn dist(targets: &[String], profile: &str, wheels: bool, out: &Path) -> Outcome<
     }
     let version = env!("CARGO_PKG_VERSION");
     let time = tool::time_of_release(&root)?;
-    let licences = foreign::Crates::of_the_program(&root, targets)?.licences()?;
-    let shared = contents::shared(&root, &programs, licences)?;
+    let shared = contents::shared(&root, &programs)?;
     fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
     let put = |name: &str, bytes: Vec<u8>| {
         println!("{:>11} bytes  {name}", bytes.len());
@@ -128,16 +128,20 @@ fn dist(targets: &[String], profile: &str, wheels: bool, out: &Path) -> Outcome<
         let program = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let name = format!("vimc4-{version}-{target}");
         let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let crates = foreign::Crates::of_the_program(&root, target)?;
+        let mut beside = shared.clone();
+        beside.push(Entry::file("THIRD-PARTY.txt", crates.licences()?));
+        beside.sort_by(|a, b| a.path.cmp(&b.path));
         let mut entries = vec![Entry::program(format!("{name}/{file}"), program.clone())];
-        entries.extend(shared.iter().map(|entry| entry.named(format!("{name}/{}", entry.path))));
+        entries.extend(beside.iter().map(|entry| entry.named(format!("{name}/{}", entry.path))));
         sums += &match target.contains("windows") {
             true => put(&format!("{name}.zip"), archive::zip(&entries, time)?)?,
             false => put(&format!("{name}.tar.gz"), archive::tar_gz(&entries, time)?)?,
         };
-        let crates = foreign::Crates::of_the_program(&root, std::slice::from_ref(*target))?;
-        sums += &put(&format!("{name}.cdx.json"), crates.bill_of_materials(version))?;
+        let bill = crates.bill_of_materials(version, time);
+        sums += &put(&format!("{name}.cdx.json"), bill)?;
         if let Some(architecture) = deb::architecture(target) {
-            let package = deb::package(&root, version, architecture, program, &shared, time)?;
+            let package = deb::package(&root, version, architecture, program, &beside, time)?;
             sums += &put(&format!("vimc4_{version}_{architecture}.deb"), package)?;
         }
         if wheels {

@@ -62,6 +62,11 @@ pub(crate) fn emulator_for(program: &Path) -> Outcome<Option<PathBuf>> {
     })
 }
 
+/// The text of a file.
+pub(crate) fn text(path: &Path) -> Outcome<String> {
+    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
 /// The first line of a program's output.
 pub(crate) fn line(command: &mut Command) -> Outcome<String> {
     let output = run(command)?;
