@@ -67,6 +67,17 @@ complete -o bashdefault -o nosort -F _vimc4 vimc4 2> /dev/null ||
     complete -o nospace -o bashdefault -F _vimc4 vimc4
 "#;
 
+/// What zsh does with its script. From a folder of `$fpath` it reads it at the first Tab, as the function of
+/// the file's name, of which it then awaits an answer; otherwise the script is to tell it of the function.
+const ZSH: &str = r#"if [[ "$funcstack[1]" == _vimc4 ]]; then
+    _clap_dynamic_completer_vimc4 "$@"
+else
+    compdef _clap_dynamic_completer_vimc4 vimc4
+fi"#;
+
+/// How the script of `clap_complete` for zsh ends, which expects to be read beforehand.
+const ZSH_BEFOREHAND: &str = "compdef _clap_dynamic_completer_vimc4 vimc4";
+
 #[derive(clap::Args)]
 #[command(after_long_help = here!("\
 Examples:
@@ -106,7 +117,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         completer.write_registration(ASKS, "vimc4", "vimc4", "vimc4", &mut script)
     });
     match written {
-        Some(Ok(())) => output::print(&String::from_utf8_lossy(&script)),
+        Some(Ok(())) => {
+            let script = String::from_utf8_lossy(&script);
+            output::print(&script.replace(ZSH_BEFOREHAND, ZSH))
+        }
         Some(Err(error)) => Err(Failure::midway(format!("cannot write the script: {error}"))),
         None => Err(Failure::usage(format!("there is no script for {shell}; take bash or zsh"))),
     }

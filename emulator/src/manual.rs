@@ -41,7 +41,14 @@ pub(crate) fn run(arguments: &Arguments, command: Command) -> Result<(), Failure
 /// Writes the page of a command and of all below it, and counts them.
 fn write(command: &Command, folder: &Path) -> Result<usize, Failure> {
     let page = Man::new(command.clone()).manual("virtual IMC4");
-    page.generate_to(folder).map_err(|error| {
+    let mut roff = Vec::new();
+    let written = page.render(&mut roff).and_then(|()| {
+        // A terminal of ASCII has no such dots, and man would leave them out. A line that begins with one
+        // would be an order.
+        let roff = String::from_utf8_lossy(&roff).replace('…', "\\&...");
+        fs::write(folder.join(page.get_filename()), roff)
+    });
+    written.map_err(|error| {
         let name = page.get_filename();
         Failure::midway(format!("cannot write {name}: {error}; make room, and write all again"))
     })?;

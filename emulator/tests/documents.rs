@@ -246,6 +246,9 @@ fn every_command_has_a_manual_page() {
         let page = fs::read_to_string(&page).unwrap_or_else(|_| panic!("{command} has no page"));
         assert!(page.contains("\nExit codes: "), "{command}: {page}");
         assert!(!page.contains("target: "), "the page of {command} is of one system");
+        // What else there is has a form in ASCII that groff knows.
+        let strange = page.chars().find(|c| !c.is_ascii() && *c != 'µ');
+        assert_eq!(strange, None, "the page of {command} loses it where there is only ASCII");
     }
 }
 
@@ -821,17 +824,15 @@ fn the_plot_of_the_examples_is_sent_under_lines() {
 
 // --- completion ---
 
-/// A bash at a terminal, with the completion of vimc4 in its settings.
-struct Bash {
+/// A shell at a terminal, with the completion of vimc4 in its settings.
+struct Shell {
     terminal: fs::File,
-    _bash: Process,
+    _shell: Process,
 }
 
-impl Bash {
-    fn new(bench: &Bench) -> Bash {
-        let (near, name) = pseudo_terminal();
-        let far = fs::File::options().read(true).write(true).open(name).unwrap();
-        // Ctrl-T shows the line as it is. All that can be meant is listed at the first Tab.
+impl Shell {
+    /// Ctrl-T shows the line as it is. All that can be meant is listed at the first Tab.
+    fn bash(bench: &Bench) -> Shell {
         let settings = "source <(vimc4 completions bash)\nPS1='$ '\n\
             bind -x '\"\\C-t\": printf \"<%s>\\\\n\" \"$READLINE_LINE\"'\n\
             for setting in 'completion-query-items 0' 'page-completions off' 'bell-style none' \
@@ -839,12 +840,32 @@ impl Bash {
         fs::write(bench.path("bashrc"), settings).unwrap();
         fs::write(bench.path("inputrc"), "").unwrap();
         let mut bash = bench.shell("exec timeout --foreground 300 bash --rcfile bashrc -i");
-        bash.env("TERM", "dumb").env("INPUTRC", bench.path("inputrc"));
-        bash.stdin(far.try_clone().unwrap()).stdout(far.try_clone().unwrap()).stderr(far);
-        let bash = Process::of(bash.spawn().unwrap());
-        let mut bash = Bash { terminal: fs::File::from(near), _bash: bash };
-        bash.until("$ ");
-        bash
+        bash.env("INPUTRC", bench.path("inputrc"));
+        Shell::of(bash)
+    }
+
+    /// The same, with these lines for completion.
+    fn zsh(bench: &Bench, completion: &str) -> Shell {
+        let settings = format!(
+            "{completion}\nPS1='$ '\nunsetopt prompt_sp prompt_cr beep\n\
+             shown() {{ print -r -- \"<$BUFFER>\" }}\nzle -N shown\nbindkey -e\n\
+             bindkey '^T' shown\n"
+        );
+        fs::write(bench.path(".zshrc"), settings).unwrap();
+        let mut zsh = bench.shell("exec timeout --foreground 300 zsh -d -i");
+        zsh.env("ZDOTDIR", bench.path(""));
+        Shell::of(zsh)
+    }
+
+    fn of(mut shell: Command) -> Shell {
+        let (near, name) = pseudo_terminal();
+        let far = fs::File::options().read(true).write(true).open(name).unwrap();
+        shell.env("TERM", "dumb");
+        shell.stdin(far.try_clone().unwrap()).stdout(far.try_clone().unwrap()).stderr(far);
+        let shell = Process::of(shell.spawn().unwrap());
+        let mut shell = Shell { terminal: fs::File::from(near), _shell: shell };
+        shell.until("$ ");
+        shell
     }
 
     /// What comes up to this, and no further.
@@ -877,7 +898,7 @@ impl Bash {
 fn names_are_completed() {
     let bench = Bench::new();
     fs::write(bench.path("imc-mine.toml"), "").unwrap();
-    let mut bash = Bash::new(&bench);
+    let mut bash = Shell::bash(&bench);
     // The line becomes longer by this.
     let mut becomes = |typed: &str, more: &str| {
         let (offered, line) = bash.tab(typed);
@@ -939,4 +960,28 @@ fn names_are_completed() {
     let output = asked.output().unwrap();
     let offered = String::from_utf8(output.stdout).unwrap();
     assert!(offered.contains("mill\ta flat-bed milling machine"), "{offered}");
+}
+
+#[test]
+fn zsh_completes_names_from_its_settings_and_from_a_folder_of_scripts() {
+    if !Command::new("zsh").arg("--version").output().is_ok_and(|zsh| zsh.status.success()) {
+        assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs zsh");
+        return;
+    }
+    let bench = Bench::new();
+    let script = bench.run("vimc4 completions zsh", "");
+    fs::create_dir(bench.path("scripts")).unwrap();
+    fs::write(bench.path("scripts/_vimc4"), script.stdout).unwrap();
+    let begun = "autoload -U compinit; compinit -u -D";
+    for completion in [
+        format!("{begun}; source <(vimc4 completions zsh)"),
+        format!("fpath=($PWD/scripts $fpath); {begun}"),
+    ] {
+        let mut zsh = Shell::zsh(&bench, &completion);
+        // The first Tab of a session counts as much as the next.
+        for (typed, more) in [("vimc4 ser", "ve "), ("vimc4 serve --machine posit", "ioner ")] {
+            let (offered, line) = zsh.tab(typed);
+            assert_eq!(line, format!("{typed}{more}"), "{completion}: {offered:?}");
+        }
+    }
 }
