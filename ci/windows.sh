@@ -134,6 +134,24 @@ if diff -rq --exclude='*.gtkw' "$folder/here" "$folder/windows"; then passed; el
 )
 if cmp -s "$folder/out.here" <(sed 's|\\|/|g' "$folder/out.windows"); then passed; else wrong "examples\\commands.txt"; fi
 
+part "what Windows has not"
+# told WORDS ARGUMENTS…: is refused as wrong usage, with these words and without those for Linux.
+told() {
+    local words=$1 code=0
+    shift
+    windows "$@" </dev/null >"$folder/told" 2>&1 || code=$?
+    if [ "$code" = 2 ] && grep -q "$words" "$folder/told" && ! grep -q dialout "$folder/told"; then
+        passed
+    else
+        wrong "$* (exit code $code)"
+        cat "$folder/told"
+    fi
+}
+told "use TCP or a serial port" serve --tcp none --pty
+told "use TCP or a serial port" serve --tcp none --replace
+told "use TCP or a serial port" console --tcp none --replace
+told "lists the ports" serve --tcp none --serial COM99
+
 part "TCP"
 # serve NAME OPTIONS…: starts the program for Windows, which says in NAME.json where it is.
 serve() {

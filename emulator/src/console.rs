@@ -29,7 +29,7 @@ use crate::failure::Failure;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
-use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
@@ -138,8 +138,7 @@ struct Ports {
 
 impl Ports {
     fn link(&self) -> Option<PathBuf> {
-        let link = self.pty.clone().or_else(|| cfg!(unix).then(|| PTY.into()))?;
-        (link.as_os_str() != "none").then_some(link)
+        link(self.pty.as_deref(), self.replace)
     }
 
     /// Whether nobody can reach it: then it needs no time of its own.

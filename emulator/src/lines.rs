@@ -18,6 +18,7 @@ use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 use crate::completions;
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::places::link;
 use crate::serve;
 
 /// How long a controller has to say whether it takes more, before what it said last counts.
@@ -130,7 +131,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let Some((program, rest)) = program.split_first() else {
         return Err(Failure::usage("no program is given; name it after `--`"));
     };
-    let Some(terminal) = serve::link(&controller) else {
+    let Some(terminal) = link(controller.pty.as_deref(), controller.replace) else {
         return Err(Failure::usage(
             "without a pseudo-terminal no lines are needed; leave --pty out",
         ));

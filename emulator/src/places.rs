@@ -12,6 +12,13 @@ pub(crate) const LISTENS: &str = "127.0.0.1:4004";
 /// The default link to a pseudo-terminal.
 pub(crate) const PTY: &str = "./vimc4.pty";
 
+/// The link that is wanted by `--pty` and `--replace`. Where there are no pseudo-terminals, only a user who
+/// asks for one is told.
+pub(crate) fn link(pty: Option<&Path>, replace: bool) -> Option<PathBuf> {
+    let link = pty.or_else(|| (cfg!(unix) || replace).then_some(Path::new(PTY)))?;
+    (link != Path::new("none")).then(|| link.to_owned())
+}
+
 /// `flash.bin` becomes `flash-2.bin` for the second of several.
 pub(crate) fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
     let (Some(number), Some(stem)) = (number, path.file_stem()) else { return path.to_owned() };

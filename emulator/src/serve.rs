@@ -29,7 +29,7 @@ use crate::identity::none_twice;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
-use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered};
 use crate::recording::drawn::Live;
 use crate::traces;
 use crate::values::size;
@@ -153,7 +153,7 @@ pub(crate) struct Arguments {
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
-    /// Let happen what the rules of this file say, as docs/faults.md shows; at every controller
+    /// Let happen what the rules of this file say, as docs/scenarios.md shows; at every controller
     #[arg(long, value_name = "FILE")]
     pub(crate) scenario: Option<PathBuf>,
     /// End when standard input does: a script that starts it and is killed then leaves nothing
@@ -411,7 +411,7 @@ pub(crate) async fn start(
         if arguments.log.is_some() {
             builder = builder.sink(log.file(prefix));
         }
-        if let Some(link) = link(arguments) {
+        if let Some(link) = link(arguments.pty.as_deref(), arguments.replace) {
             builder = builder.pty(numbered(&link, several)).replace_link(arguments.replace);
         }
         if arguments.tcp != "none" {
@@ -481,16 +481,6 @@ fn workers(controllers: u16) -> Result<Vec<Worker>, Failure> {
 fn threads(controllers: u16) -> usize {
     let processors = thread::available_parallelism().map_or(1, usize::from);
     processors.min(usize::from(controllers))
-}
-
-/// The link that is wanted. Where there are no pseudo-terminals, only a user who asks for one is told.
-pub(crate) fn link(arguments: &Arguments) -> Option<PathBuf> {
-    let link = match &arguments.pty {
-        Some(link) => link.clone(),
-        None if cfg!(unix) => PathBuf::from(PTY),
-        None => return None,
-    };
-    (link.as_os_str() != "none").then_some(link)
 }
 
 /// `rec.jsonl.gz` becomes `rec-2.jsonl.gz` for the second of several.

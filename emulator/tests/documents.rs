@@ -252,6 +252,18 @@ fn every_command_has_a_manual_page() {
     }
 }
 
+#[test]
+fn every_help_leads_to_the_same_page_about_scenarios() {
+    let helps = helps();
+    let with = helps.iter().filter(|(_, text)| text.contains("--scenario <FILE>"));
+    for (command, text) in with.clone() {
+        let (_, about) = text.split_once("--scenario <FILE>").unwrap();
+        let about = about.split_whitespace().take(20).collect::<Vec<_>>().join(" ");
+        assert!(about.contains("as docs/scenarios.md shows"), "{command}: {about}");
+    }
+    assert_eq!(with.count(), 4);
+}
+
 /// The headings of options besides `Options`, each with all that stand under it.
 const HEADINGS: [(&str, &[&str]); 3] = [
     ("Waveforms", &["--vcd", "--fst", "--csv", "--perfetto"]),
@@ -820,6 +832,28 @@ fn the_plot_of_the_examples_is_sent_under_lines() {
     let output = bench.run(line, "");
     assert!(output.status.success(), "{}", text(&output));
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim_end(), "0,0,0");
+}
+
+#[test]
+fn the_scripts_for_ci_are_found_in_a_folder_whose_name_has_a_blank() {
+    let bench = Bench::new();
+    let scripts = bench.path("a blank/ci");
+    fs::create_dir_all(&scripts).unwrap();
+    for name in ["serve.sh", "finish.sh"] {
+        fs::write(scripts.join(name), "exit").unwrap();
+        let runs = Command::new("chmod").arg("+x").arg(scripts.join(name)).status().unwrap();
+        assert!(runs.success());
+    }
+    let lines = include_str!("../../docs/install.md").lines();
+    let lines: Vec<&str> = lines.filter(|line| line.contains("$VIMC4/ci")).collect();
+    assert_eq!(lines.len(), 4);
+    for line in lines {
+        // As a string of YAML and of Groovy; what follows runs the tests.
+        let line = line.split('\'').nth(1).unwrap_or_else(|| panic!("{line} is no string"));
+        let line = line.split(" && ").next().unwrap();
+        let output = bench.run(&format!("VIMC4=\"$PWD/a blank\"; {line}"), "");
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    }
 }
 
 // --- completion ---

@@ -37,12 +37,17 @@ enum State {
     Gone(Option<Returning>),
 }
 
+/// What may be the matter with a port that does not open.
+const CHECKS: &str = if cfg!(windows) {
+    "check its name (`mode` lists the ports), and that no other program has it open"
+} else {
+    "check its name, that no other program has it open, and that you may use it (on Linux, the group \
+     `dialout`)"
+};
+
 /// Why a serial port cannot be used.
 #[derive(Debug, Error)]
-#[error(
-    "cannot open serial port {path}: {source}; check its name, that no other program has it open, \
-     and that you may use it (on Linux, the group `dialout`)"
-)]
+#[error("cannot open serial port {path}: {source}; {CHECKS}")]
 pub struct SerialError {
     path: String,
     source: tokio_serial::Error,
