@@ -3,8 +3,13 @@
 # any browser opens: FOLDER/session.html. Of several controllers each has its own, as session-2.html.
 #   ci/finish.sh FOLDER
 set -eu
-folder=$(cd "$1" && pwd -P)
+unset CDPATH
 serving=$(dirname "$0")/serving.sh
+if [ ! -x "$serving" ]; then
+    echo "serving.sh, which belongs beside $0, is missing" >&2
+    exit 1
+fi
+folder=$(cd -- "$1" && pwd -P)
 if pid=$("$serving" "$folder"); then
     kill "$pid" 2>/dev/null || true
     waited=0
@@ -19,11 +24,14 @@ else
 fi
 rm -f "$folder/pid"
 code=0
-for recording in "$folder"/session*.jsonl; do
-    if [ ! -e "$recording" ]; then
-        echo "there is no recording in $1" >&2
-        exit 1
-    fi
+drawn=0
+for recording in "$folder"/session.jsonl "$folder"/session[-.][0-9]*.jsonl; do
+    [ -e "$recording" ] || continue
     vimc4 replay "$recording" --html "${recording%.jsonl}.html" || code=$?
+    drawn=$((drawn + 1))
 done
+if [ "$drawn" -eq 0 ]; then
+    echo "there is no recording in $1" >&2
+    exit 1
+fi
 exit "$code"

@@ -4,24 +4,37 @@
 # FOLDER gets what a failure is explained with: session.jsonl (the recording), conversation.log, and what
 # serve said (ready.json, errors.log), in place of what an earlier run has left. finish.sh ends it.
 set -eu
-given=$1
-shift
-mkdir -p "$given"
-folder=$(cd "$given" && pwd -P)
-if "$(dirname "$0")/serving.sh" "$folder" >/dev/null; then
-    echo "the controller of an earlier run still serves into $given; end it by finish.sh $given" >&2
+unset CDPATH
+here=$(dirname "$0")
+if [ ! -x "$here/serving.sh" ]; then
+    echo "serving.sh, which belongs beside $0, is missing" >&2
     exit 1
 fi
-(cd "$folder" && rm -f pid ready.json errors.log conversation*.log session*.jsonl session*.html)
+given=$1
+shift
+mkdir -p -- "$given"
+folder=$(cd -- "$given" && pwd -P)
+if "$here/serving.sh" "$folder" >/dev/null; then
+    echo "the controller of an earlier run still serves into $given; end it: $here/finish.sh '$given'" >&2
+    exit 1
+fi
+(
+    cd "$folder"
+    rm -f pid ready.json errors.log conversation.log
+    for kind in jsonl html; do
+        # Each of several controllers, and each part of a long recording, has a number.
+        rm -f "session.$kind" session-[0-9]*."$kind" session.[0-9]*."$kind"
+    done
+)
 nohup vimc4 serve --json --record "$folder/session.jsonl" --log "$folder/conversation.log" "$@" \
     </dev/null >"$folder/ready.json" 2>"$folder/errors.log" &
 pid=$!
-echo "$pid" >"$folder/pid"
+# Who ends this script before it is ready has no controller left.
+trap 'kill "$pid" 2>/dev/null' EXIT
+trap 'exit 1' HUP INT TERM
 waited=0
-until [ -s "$folder/ready.json" ]; do
+until [ -s "$folder/ready.json" ] && kill -0 "$pid" 2>/dev/null; do
     if ! kill -0 "$pid" 2>/dev/null || [ "$waited" -ge 600 ]; then
-        kill "$pid" 2>/dev/null || true
-        rm -f "$folder/pid"
         echo "vimc4 serve did not become ready:" >&2
         cat "$folder/errors.log" >&2
         exit 1
@@ -29,4 +42,6 @@ until [ -s "$folder/ready.json" ]; do
     sleep 0.1
     waited=$((waited + 1))
 done
+trap - EXIT
+echo "$pid" >"$folder/pid"
 cat "$folder/ready.json"

@@ -3,7 +3,8 @@
 # FOLDER/pid alone may long be that of another process.
 #   ci/serving.sh FOLDER
 set -eu
-folder=$(cd "$1" && pwd -P)
+unset CDPATH
+folder=$(cd -- "$1" && pwd -P)
 pid=$(cat "$folder/pid" 2>/dev/null)
 line=$({ tr '\0' ' ' <"/proc/$pid/cmdline" || ps -o args= -p "$pid"; } 2>/dev/null)
 case $line in

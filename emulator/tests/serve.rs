@@ -77,6 +77,9 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     let serve = |options: &str| script("serve.sh", &options.split(' ').collect::<Vec<_>>());
     let finish = || script("finish.sh", &[]);
     let kept = |name: &str| folder.path().join("kept").join(name);
+    fs::create_dir(folder.path().join("kept")).unwrap();
+    // It is nobody's of an earlier run.
+    fs::write(kept("session-notes.jsonl"), "notes").unwrap();
     // Nothing of an earlier run is taken for one of a later run.
     for line in ["@07", "@01"] {
         let served = serve("--tcp 127.0.0.1:0 --pty none");
@@ -95,6 +98,7 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     assert_eq!(serve("--tcp 127.0.0.1:0 --pty none --count 2").0, 0);
     assert_eq!(finish().0, 0);
     assert!(kept("session-1.html").exists() && kept("session-2.html").exists());
+    assert!(kept("session-notes.jsonl").exists());
     // What cannot begin is said, and is no step that waits.
     let (code, out, errors) = serve("--model nothing");
     assert_eq!((code, out.as_str()), (1, ""));
@@ -108,6 +112,11 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     assert!(other.try_wait().unwrap().is_none());
     other.kill().unwrap();
     other.wait().unwrap();
+    // Without what tells that nobody would know what serves.
+    std::os::unix::fs::symlink(root().join("ci/serve.sh"), folder.path().join("alone.sh")).unwrap();
+    let alone = Command::new(folder.path().join("alone.sh")).arg("kept").output().unwrap();
+    let (code, _, errors) = said(alone);
+    assert!(code == 1 && errors.contains("serving.sh, which belongs beside"), "{errors}");
 }
 
 #[test]
