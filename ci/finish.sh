@@ -24,14 +24,15 @@ else
 fi
 rm -f "$folder/pid"
 code=0
-drawn=0
-for recording in "$folder"/session.jsonl "$folder"/session[-.][0-9]*.jsonl; do
-    [ -e "$recording" ] || continue
-    vimc4 replay "$recording" --html "${recording%.jsonl}.html" || code=$?
-    drawn=$((drawn + 1))
-done
-if [ "$drawn" -eq 0 ]; then
+# Each of several controllers, and each part of a long recording, has a number.
+numbered='^./session(-[0-9]+)?([.][0-9]+)?[.]jsonl$'
+recordings=$(cd "$folder" && find . -maxdepth 1 | { grep -E "$numbered" || true; } | sort)
+if [ -z "$recordings" ]; then
     echo "there is no recording in $1" >&2
     exit 1
 fi
+for recording in $recordings; do
+    name=$folder/${recording#./}
+    vimc4 replay "$name" --html "${name%.jsonl}.html" || code=$?
+done
 exit "$code"

@@ -15,16 +15,14 @@ shift
 mkdir -p -- "$given"
 folder=$(cd -- "$given" && pwd -P)
 if "$here/serving.sh" "$folder" >/dev/null; then
-    echo "the controller of an earlier run still serves into $given; end it: $here/finish.sh '$given'" >&2
+    echo "the controller of an earlier run still serves into $given; finish.sh with that folder ends it" >&2
     exit 1
 fi
 (
     cd "$folder"
     rm -f pid ready.json errors.log conversation.log
-    for kind in jsonl html; do
-        # Each of several controllers, and each part of a long recording, has a number.
-        rm -f "session.$kind" session-[0-9]*."$kind" session.[0-9]*."$kind"
-    done
+    # Each of several controllers, and each part of a long recording, has a number.
+    find . -maxdepth 1 | grep -E '^./session(-[0-9]+)?([.][0-9]+)?[.](jsonl|html)$' | xargs rm -f
 )
 nohup vimc4 serve --json --record "$folder/session.jsonl" --log "$folder/conversation.log" "$@" \
     </dev/null >"$folder/ready.json" 2>"$folder/errors.log" &

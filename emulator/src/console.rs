@@ -29,13 +29,13 @@ use crate::failure::Failure;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
-use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered};
+use crate::places::{LISTENS, PTY, counted_up, link, numbered, of_flash};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
 use opened::{Opened, Sending};
 use screen::SaidKind;
-use script::Console;
+use script::{Console, Script};
 use session::{Cancel, Outcome, Session, Wrong};
 use shell::{PROMPT, Shell};
 
@@ -183,7 +183,7 @@ impl Ports {
                 builder = builder.serial(device);
             }
             if let Some(file) = &self.flash {
-                builder = builder.flash(numbered(file, in_name(file, several)?));
+                builder = builder.flash(of_flash(file, several)?);
             }
             emulators.push(builder.start()?);
         }
@@ -199,12 +199,13 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if arguments.screen {
         screen::check()?;
     }
+    let script = arguments.script.as_deref().map(Script::read).transpose()?;
     let cancel = Cancel::default();
     let links = Links::default();
     let left = links.clone();
     interrupts::listen(&cancel, move || left.remove());
     let session = Rc::new(RefCell::new(open(&arguments, cancel, &links)?));
-    let end = converse(&session, &arguments);
+    let end = converse(&session, arguments.screen, script.as_ref());
     let emulators = Rc::into_inner(session).map(|session| session.into_inner().into_emulators());
     for mut emulator in emulators.into_iter().flatten() {
         emulator.unlink();
@@ -214,14 +215,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 }
 
 /// Carries out what is typed or written down.
-fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<ExitCode, Failure> {
-    if !arguments.screen
-        && let Some(code) =
-            script::written_down(&mut *session.borrow_mut(), arguments.script.as_deref())?
-    {
+fn converse(
+    session: &Rc<RefCell<Session>>,
+    screen: bool,
+    script: Option<&Script>,
+) -> Result<ExitCode, Failure> {
+    if !screen && let Some(code) = script::written_down(&mut *session.borrow_mut(), script)? {
         return Ok(code);
     }
-    interactive(session, arguments.screen)
+    interactive(session, screen)
 }
 
 /// What the command line names.

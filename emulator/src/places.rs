@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::output::must_be_file;
 use crate::streams::{is_file, is_null};
 
 /// The default address at which it listens.
@@ -46,6 +47,16 @@ pub(crate) fn in_name(path: &Path, number: Option<u16>) -> Result<Option<u16>, F
         )));
     }
     Ok(number.filter(|_| !is_null(path)))
+}
+
+/// The file of the memory that keeps, of which each of several controllers has its own.
+///
+/// # Errors
+///
+/// If it is no file.
+pub(crate) fn of_flash(path: &Path, number: Option<u16>) -> Result<PathBuf, Failure> {
+    must_be_file(path, "what is kept is read at the beginning and written over")?;
+    Ok(numbered(path, number))
 }
 
 /// The address with a port that is `more` higher; port 0 stays, it means any.

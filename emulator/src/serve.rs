@@ -29,7 +29,7 @@ use crate::identity::none_twice;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
-use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered};
+use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered, of_flash};
 use crate::recording::drawn::Live;
 use crate::traces;
 use crate::values::size;
@@ -424,7 +424,7 @@ pub(crate) async fn start(
             builder = builder.serial(device);
         }
         if let Some(file) = &arguments.flash {
-            builder = builder.flash(numbered(file, in_name(file, several)?));
+            builder = builder.flash(of_flash(file, several)?);
         }
         if let Some(file) = &arguments.record {
             let file = recording(file, in_name(file, several)?);

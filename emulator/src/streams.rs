@@ -2,6 +2,8 @@
 
 use std::fs::{self, File};
 use std::io;
+#[cfg(unix)]
+use std::os::fd::OwnedFd;
 use std::path::Path;
 
 /// A stream that is open already. What is written there goes behind what stands there.
@@ -10,8 +12,8 @@ use std::path::Path;
 enum Stream {
     Output,
     Error,
-    /// Another one, of this process or of another.
-    Other,
+    /// Another one: of this process that with a number, or of another process.
+    Other(Option<i32>),
 }
 
 /// How many links a path may lead through, as systems have it.
@@ -43,20 +45,20 @@ impl Stream {
             folder == Path::new("/dev/fd")
                 || fs::canonicalize("/proc/self/fd").is_ok_and(|own| own == folder)
         };
-        let number = || name.parse::<u32>().ok();
+        let number = || name.parse::<i32>().ok().filter(|number| *number >= 0);
         match name {
             "stdin" | "stdout" | "stderr" if folder == Path::new("/dev") => Some(match name {
                 "stdout" => Stream::Output,
                 "stderr" => Stream::Error,
-                _ => Stream::Other,
+                _ => Stream::Other(Some(0)),
             }),
             _ if is_own(folder) => Some(match number()? {
                 1 => Stream::Output,
                 2 => Stream::Error,
-                _ => Stream::Other,
+                number => Stream::Other(Some(number)),
             }),
             _ if folder.starts_with("/proc") && folder.ends_with("fd") => {
-                number().map(|_| Stream::Other)
+                number().map(|_| Stream::Other(None))
             }
             _ => None,
         }
@@ -91,8 +93,24 @@ pub(crate) fn open(path: &Path) -> Option<io::Result<File>> {
             flushed.and_then(|()| io::stdout().as_fd().try_clone_to_owned()).map(File::from)
         }
         Stream::Error => io::stderr().as_fd().try_clone_to_owned().map(File::from),
-        Stream::Other => fs::OpenOptions::new().append(true).open(path),
+        Stream::Other(number) => own(number).map_or_else(
+            || fs::OpenOptions::new().append(true).open(path),
+            |own| Ok(File::from(own)),
+        ),
     })
+}
+
+/// The descriptor of this process with this number once more, so that both go on at the same place.
+#[cfg(target_os = "linux")]
+fn own(number: Option<i32>) -> Option<OwnedFd> {
+    use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+    let process = pidfd_open(getpid(), PidfdFlags::empty()).ok()?;
+    pidfd_getfd(process, number?, PidfdGetfdFlags::empty()).ok()
+}
+
+#[cfg(all(unix, not(target_os = "linux")))]
+fn own(_: Option<i32>) -> Option<OwnedFd> {
+    None
 }
 
 #[cfg(not(unix))]

@@ -79,7 +79,7 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     let kept = |name: &str| folder.path().join("kept").join(name);
     fs::create_dir(folder.path().join("kept")).unwrap();
     // It is nobody's of an earlier run.
-    fs::write(kept("session-notes.jsonl"), "notes").unwrap();
+    fs::write(kept("session-1-notes.jsonl"), "notes").unwrap();
     // Nothing of an earlier run is taken for one of a later run.
     for line in ["@07", "@01"] {
         let served = serve("--tcp 127.0.0.1:0 --pty none");
@@ -98,7 +98,7 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     assert_eq!(serve("--tcp 127.0.0.1:0 --pty none --count 2").0, 0);
     assert_eq!(finish().0, 0);
     assert!(kept("session-1.html").exists() && kept("session-2.html").exists());
-    assert!(kept("session-notes.jsonl").exists());
+    assert!(kept("session-1-notes.jsonl").exists());
     // What cannot begin is said, and is no step that waits.
     let (code, out, errors) = serve("--model nothing");
     assert_eq!((code, out.as_str()), (1, ""));

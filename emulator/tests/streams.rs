@@ -4,6 +4,7 @@
 
 use std::fs::{self, File};
 use std::os::unix::fs::symlink;
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -127,6 +128,16 @@ fn what_is_open_already_is_added_to() {
         assert!(all.starts_with("before\n") && all.len() > 100, "{option}: {all}");
         assert_eq!(names(path), before, "{option}");
     }
+    // And who holds it open goes on behind it.
+    for option in ["--csv /dev/fd/3", "--trace link.svg", "--plot link.svg"] {
+        let run = format!("bin/vimc4 run list.txt {option} > /dev/null");
+        let line = format!("{{ echo before >&3; {run}; echo after >&3; }} 3>all.txt");
+        let (code, _, err) = said(shell(path, &line));
+        assert_eq!(code, 0, "{option}: {err}");
+        let all = read(path, "all.txt");
+        let is_whole = all.starts_with("before\nseconds,") || all.starts_with("before\n<svg");
+        assert!(is_whole && all.ends_with("\nafter\n"), "{option}: {all}");
+    }
     // The beginning of this one is written last, which would be in the midst of something else.
     for name in ["/dev/fd/3", "/dev/stdout", "link.svg", "-"] {
         written(path, "all.txt", "before\n");
@@ -182,6 +193,8 @@ fn what_is_read_is_not_overwritten() {
         ("run - --trace", "./list.txt"),
         ("run /dev/stdin --csv", "list.txt"),
         ("ncp run - --perfetto", "job.ncp"),
+        ("ncp compile - -o", "job.ncp"),
+        ("ncp compile job.ncp -o", "job.ncp"),
         ("replay - --html", "of.jsonl"),
         ("replay - --vcd", "of.jsonl"),
     ] {
@@ -209,6 +222,9 @@ fn several_controllers_share_no_stream() {
         assert!(code == 2 && err.contains("needs a file of its own"), "{option}: {err}");
         assert_eq!(names(path), before, "{option}");
     }
+    let one = serve.replace(" --count 2", " --flash /dev/stdout >> list.txt");
+    let (code, _, err) = said(shell(path, &one));
+    assert!(code == 2 && err.contains("needs a file of its own"), "{err}");
     let (code, _, err) = said(shell(path, &format!("{serve} --csv /dev/null")));
     assert_eq!(code, 0, "{err}");
     assert!(!Path::new("/dev/null-1").exists());
@@ -237,6 +253,13 @@ fn what_waits_for_a_reader_ends_when_it_is_asked() {
             drop(reader);
         }
     }
+    // And whoever waits for commands.
+    let mut command = process::vimc4(path, &["console", "--script", "unread"]);
+    let mut waits = Process::start(&mut command);
+    let writer = File::options().write(true).open(path.join("unread")).unwrap();
+    waits.signal(Signal::INT);
+    assert_eq!(waits.ended().signal(), Some(Signal::INT.as_raw()));
+    drop(writer);
     // Its end is that of its input, so that the pipe is what it waits for.
     let mut command = process::vimc4(path, &["run", "-", "--plot", "unread.svg"]);
     let mut waits = Process::start(&mut command);

@@ -16,7 +16,7 @@ use vimc4_api::line_remedy;
 use vimc4_debug::{Candidate, Completion, Directive, TABLE};
 
 use super::interrupts;
-use super::script::{self, Console, Flow};
+use super::script::{self, Console, Flow, Script};
 use super::session::{Cancel, Outcome, Own, Wrong, no_controller};
 use super::shell::{PROMPT, Shell};
 use crate::ctl::client::{Client, Trouble, part};
@@ -156,6 +156,7 @@ impl Drop for Afar {
 }
 
 pub(crate) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<ExitCode, Failure> {
+    let script = file.map(Script::read).transpose()?;
     let client = Client::at(arguments.connect.as_deref(), arguments.token.as_deref())?;
     let number = client.controller(arguments.controller)?;
     let opened = Opened { client: client.clone(), numbers: Arc::default() };
@@ -164,7 +165,7 @@ pub(crate) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<ExitCode
     let mut afar = Afar { client, cancel, opened, number, last: String::new() };
     // Time stands still from here on.
     let view = afar.look()?;
-    if let Some(code) = script::written_down(&mut afar, file)? {
+    if let Some(code) = script::written_down(&mut afar, script.as_ref())? {
         return Ok(code);
     }
     output::print(&text::shown(&format!(

@@ -53,19 +53,38 @@ fn drawn(session: &mut Session, outcome: Result<Outcome, Wrong>) -> Result<Outco
     Ok(Outcome::Said(format!("written to {file}")))
 }
 
+/// A file of commands.
+pub(crate) struct Script {
+    name: String,
+    lines: String,
+}
+
+impl Script {
+    /// Reads it. That may wait for who writes a pipe, and has its place before anything else is done.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, or is too long.
+    pub(crate) fn read(file: &Path) -> Result<Script, Failure> {
+        let name = text::name(file);
+        match text_of(file) {
+            Ok(lines) => Ok(Script { name, lines }),
+            Err(error) => Err(Failure::usage(format!(
+                "cannot read {name}: {error}; name a file of console commands"
+            ))),
+        }
+    }
+}
+
 /// Carries out what a script or a pipe has. Nothing is returned if somebody is at the terminal.
 pub(crate) fn written_down(
     console: &mut dyn Console,
-    file: Option<&Path>,
+    given: Option<&Script>,
 ) -> Result<Option<ExitCode>, Failure> {
-    let Some(file) = file else {
+    let Some(Script { name, lines }) = given else {
         return if io::stdin().is_terminal() { Ok(None) } else { piped(console).map(Some) };
     };
-    let name = text::name(file);
-    let lines = text_of(file).map_err(|error| {
-        Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
-    })?;
-    script(console, &name, &lines, 0)?;
+    script(console, name, lines, 0)?;
     Ok(Some(ExitCode::SUCCESS))
 }
 

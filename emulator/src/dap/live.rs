@@ -12,7 +12,7 @@ use vimc4_timeline::Progress;
 
 use crate::failure::Failure;
 use crate::live::{self, Live, Ring};
-use crate::places::{LISTENS, PTY, counted_up, in_name, numbered};
+use crate::places::{LISTENS, PTY, counted_up, numbered, of_flash};
 use crate::setup::Setup;
 use vimc4_answers::profiles::quirky;
 
@@ -155,8 +155,7 @@ pub(super) fn start(
         builder = builder.serial(device);
     }
     if let Some(file) = &configuration.flash {
-        let file = in_folder(file);
-        builder = builder.flash(numbered(&file, in_name(&file, number).map_err(refused)?));
+        builder = builder.flash(of_flash(&in_folder(file), number).map_err(refused)?);
     }
     let emulator = builder.start().map_err(Failure::from).map_err(refused)?;
     let places = [

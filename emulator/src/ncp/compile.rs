@@ -8,6 +8,7 @@ use vimc4_ncp::job::{Options, compile};
 
 use super::problems::{Format, Problems};
 use crate::failure::Failure;
+use crate::identity::none_twice;
 use crate::job::source::JobArguments;
 use crate::output;
 
@@ -44,6 +45,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
+    none_twice([job.file.as_path()], arguments.output.as_deref())?;
     let site = job.site()?;
     let text = job.text()?;
     let name = job.name();

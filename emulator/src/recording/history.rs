@@ -71,6 +71,11 @@ pub(crate) fn no_recording(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         return Ok(());
     }
     let (name, named) = (text::name(path), text::shown_in_line(&path.display().to_string()));
+    if path == Path::new("-") {
+        return Err(Failure::usage(format!(
+            "{name} is a recording; `vimc4 replay -` plays it again"
+        )));
+    }
     Err(Failure::usage(format!(
         "{name} is a recording; `vimc4 replay {named}` plays it again, `vimc4 console {named}` \
          looks at it"

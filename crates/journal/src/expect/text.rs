@@ -55,7 +55,7 @@ impl Expectation {
                 Some(before) => before.and(),
                 None => expect.clone(),
             };
-            joined(text)?;
+            joined(&expect, text)?;
             sentence = Some(stage(expect, text)?);
         }
         match sentence {
@@ -66,8 +66,9 @@ impl Expectation {
 }
 
 /// Refuses what is joined in another way than stages are.
-fn joined(text: &str) -> Result<(), Mistake> {
-    if text.trim_start().starts_with("always ") {
+fn joined(expect: &Expect<()>, text: &str) -> Result<(), Mistake> {
+    let text = text.trim();
+    if text == "always" || text.starts_with("always ") || text.ends_with(", always") {
         let why =
             "what is always so is what never happens otherwise; write it as in `x < 0, never`";
         return Err(Mistake::new(why.to_owned()));
@@ -78,6 +79,7 @@ fn joined(text: &str) -> Result<(), Mistake> {
             let (before, behind) = (&text[..place], text[place + by.len()..].trim_start());
             let behind = behind.strip_prefix("then ").unwrap_or(behind);
             if !before.trim().is_empty() && !behind.is_empty() && behind != "then" {
+                let [before, behind] = [before, behind].map(|text| counted(expect, text));
                 return Err(Mistake::new(format!(
                     "what comes after something else stands behind `; then `; write \
                      `{before}; then {behind}`"
@@ -86,6 +88,14 @@ fn joined(text: &str) -> Result<(), Mistake> {
         }
     }
     Ok(())
+}
+
+/// With how often, if only that is missing.
+fn counted(expect: &Expect<()>, text: &str) -> String {
+    let text = text.trim();
+    let once = format!("{text}, once");
+    let reads = |text: &str| stage(expect.clone(), text).and_then(Sentence::ready).is_ok();
+    if reads(text) || !reads(&once) { text.to_owned() } else { once }
 }
 
 fn stage(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
@@ -119,6 +129,7 @@ fn clause(expect: Expect<()>, text: &str) -> Result<Sentence<()>, Mistake> {
     }
     for word in ["; then", ", and"] {
         if let Some(before) = text.strip_suffix(word) {
+            let before = counted(&expect, before);
             let why =
                 format!("nothing follows `{word}`; go on as in `{before}{word} x > 100, once`");
             return Err(Mistake::new(why));
