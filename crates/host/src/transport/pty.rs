@@ -26,6 +26,9 @@ const LOOKS: u32 = 3;
 /// So many clients at most that came and went between two looks are told of.
 const VISITS: u64 = 16;
 
+/// More bytes that clients have written the system does not keep.
+const KEPT: usize = 68 << 10;
+
 /// A pseudo-terminal whose far end a client opens like a serial port.
 ///
 /// The emulator keeps one descriptor of the client's end for itself. Without it the near end
@@ -57,6 +60,8 @@ pub struct Pty {
     early: VecDeque<u8>,
     /// How many more times the programs that have it open are looked up.
     looks: u32,
+    /// How much has been taken in before the news that a client has gone.
+    left_over: usize,
     /// When it was told that several programs have it open.
     told: Option<Instant>,
     /// The system is asked what has arrived and who has come and gone, although it has not told.
@@ -100,6 +105,7 @@ impl Pty {
             news: VecDeque::new(),
             early: VecDeque::new(),
             looks: 0,
+            left_over: 0,
             told: None,
             closely: false,
             path,
@@ -215,17 +221,22 @@ impl Transport for Pty {
         let known = self.watch.known(cx.waker());
         let seen = if self.closely { self.watch.look() } else { known };
         self.notice(seen);
-        // What a client wrote before it closed comes before the news of that.
-        let leaves = matches!(self.news.front(), Some(News::Closed { .. })) && !self.seen.open;
-        if leaves && !buffer.is_empty() {
-            if !self.early.is_empty() {
-                return Poll::Ready(Received::Bytes(take(&mut self.early, buffer)));
-            }
-            if let Ok(n @ 1..) = self.near.try_read(buffer) {
-                return Poll::Ready(Received::Bytes(n));
+        // What a client wrote before it closed comes before the news of that, so that no half of a line is
+        // left of it. The next client may be there, and have written, already: whose bytes they are the
+        // system does not say. It waits for the news no longer than for what the system keeps.
+        let leaves = matches!(self.news.front(), Some(News::Closed { .. }));
+        if leaves && self.left_over < KEPT {
+            let read = match self.early.is_empty() {
+                true => self.near.try_read(buffer).unwrap_or(0),
+                false => take(&mut self.early, buffer),
+            };
+            if read > 0 {
+                self.left_over += read;
+                return Poll::Ready(Received::Bytes(read));
             }
         }
         if let Some(news) = self.news.pop_front() {
+            self.left_over = 0;
             return Poll::Ready(Received::News(news));
         }
         if buffer.is_empty() {

@@ -219,6 +219,40 @@ fn what_was_written_comes_before_the_news_of_the_closing() {
     });
 }
 
+/// Nothing of it is left to the next client, which is there already.
+#[test]
+fn what_was_written_comes_before_the_next_client() {
+    const WRITTEN: usize = 3_000;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut pty = Pty::open(19_200).unwrap();
+        let mut buffer = [0; 16];
+        for number in 0..50 {
+            let mut port = Some(open(pty.path()));
+            let mut arrived = 0;
+            loop {
+                match poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await {
+                    Received::News(News::Opened { .. }) => {
+                        port.take().unwrap().write_all(&[b'x'; WRITTEN]).unwrap();
+                        port = Some(open(pty.path()));
+                    }
+                    Received::News(News::Closed { .. }) => break,
+                    Received::Bytes(count) => arrived += count,
+                    received => panic!("{received:?}"),
+                }
+            }
+            assert_eq!(arrived, WRITTEN, "{number}");
+            drop(port);
+            loop {
+                let received = poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await;
+                if matches!(received, Received::News(News::Closed { .. })) {
+                    break;
+                }
+            }
+        }
+    });
+}
+
 #[test]
 fn exclusive_use_ends_with_its_client() {
     let diary = Diary::default();
