@@ -67,6 +67,10 @@ mod _vimc4 {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // PyO3 finds out once, where it is first asked for Python from outside, that there is one. An error in
+        // a daemon would be the first to ask while Python is ending, when there is none any more, and
+        // would panic instead of ending in silence.
+        module.py().detach(|| Python::attach(|_| ()));
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }
