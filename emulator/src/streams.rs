@@ -66,19 +66,25 @@ impl Stream {
 }
 
 /// Whether a path means a stream that is open already, where what else is written is to stay.
+#[cfg(unix)]
 pub(crate) fn is_stream(path: &Path) -> bool {
-    #[cfg(unix)]
-    return Stream::named(path).is_some();
-    #[cfg(not(unix))]
-    return false;
+    Stream::named(path).is_some()
+}
+
+#[cfg(not(unix))]
+pub(crate) fn is_stream(_: &Path) -> bool {
+    false
 }
 
 /// Whether a path means standard output or standard error.
+#[cfg(unix)]
 pub(crate) fn is_standard(path: &Path) -> bool {
-    #[cfg(unix)]
-    return matches!(Stream::named(path), Some(Stream::Output | Stream::Error));
-    #[cfg(not(unix))]
-    return false;
+    matches!(Stream::named(path), Some(Stream::Output | Stream::Error))
+}
+
+#[cfg(not(unix))]
+pub(crate) fn is_standard(_: &Path) -> bool {
+    false
 }
 
 /// The stream that is open already, if that is what a path means, so that what else is written there comes
