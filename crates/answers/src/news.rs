@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, VecDeque};
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use vimc4_debug::in_words;
 use vimc4_device::Names;
 
 use crate::entry::{is_kind, kind, unknown_kind};
@@ -51,20 +50,15 @@ impl Wish {
     ///
     /// If it makes no sense.
     pub fn read(text: &str) -> Result<Wish, Problem> {
-        let wrong = |what: String| {
+        let object = serde_json::from_str::<Map<String, Value>>(text);
+        let wish = object.and_then(|object| serde_json::from_value(object.into()));
+        wish.map_err(|error| {
             Problem::new(
                 Kind::WrongRequest,
-                what,
+                format!("the message is not understood: {error}"),
                 "send an object with any of token, controllers, kinds, after and positions, such \
                  as {\"after\":{\"1\":0}}",
             )
-        };
-        let value: Value = serde_json::from_str(text)
-            .map_err(|error| wrong(format!("the message is no JSON: {error}")))?;
-        let object = serde_json::from_value::<Map<String, Value>>(value);
-        object.and_then(|object| serde_json::from_value(object.into())).map_err(|error| {
-            let why = in_words(&error.to_string(), String::new);
-            wrong(format!("the message is not understood: {why}"))
         })
     }
 }
