@@ -9,6 +9,7 @@ mod foreign;
 mod room;
 mod runtimes;
 mod tool;
+mod weigh;
 mod wheel;
 
 use std::fs;
@@ -73,6 +74,16 @@ processor is run by QEMU, of Debian's `qemu-user-static`.")]
         #[arg(required = true)]
         packages: Vec<PathBuf>,
     },
+    /// Measure code, documents and dependencies; fail where a figure grew by more than 2 % over
+    /// `xtask/weight.toml`
+    Weigh {
+        /// Write the figures to `xtask/weight.toml`
+        #[arg(long)]
+        update: bool,
+        /// List long functions and repeated names
+        #[arg(long)]
+        details: bool,
+    },
 }
 
 fn main() -> ExitCode {
@@ -80,6 +91,7 @@ fn main() -> ExitCode {
         Task::Dist { targets, profile, wheels, out } => dist(&targets, &profile, wheels, &out),
         Task::Page { out } => page(&out),
         Task::Try { packages } => packages.iter().try_for_each(|package| room::visit(package)),
+        Task::Weigh { update, details } => weigh::weigh(update, details),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
