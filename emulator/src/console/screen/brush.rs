@@ -1,7 +1,7 @@
 //! Writing into a rectangle of the screen.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
 
 use super::ink::{Ink, Inks};
 use crate::text::shown_in_line;

@@ -1,8 +1,8 @@
 //! Dots in the terminal: eight to a character, as braille has them.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
+use ratatui_core::style::Style;
 
 /// The number of the first braille character, which has no dots.
 const BRAILLE: u32 = 0x2800;

@@ -1,7 +1,7 @@
 //! How the screen is divided, and each part of it drawn.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Position, Rect};
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::{Position, Rect};
 use vimc4_catalogue::Details;
 use vimc4_device::{AXES, AxisView, Grouped, SignalKind, View};
 
@@ -398,7 +398,7 @@ fn prompt(picture: &Picture, brush: &mut Brush<'_>) -> Option<Position> {
 
 #[cfg(test)]
 mod tests {
-    use ratatui::style::{Color, Modifier};
+    use ratatui_core::style::{Color, Modifier};
     use vimc4_catalogue::{bare, machine, model};
     use vimc4_debug::Debugger;
     use vimc4_device::Input;
@@ -518,7 +518,7 @@ mod tests {
         let picture = picture();
         let (buffer, _) = drawn(&picture, false, 80, 24);
         let plain =
-            |cell: &ratatui::buffer::Cell| cell.fg == Color::Reset && cell.bg == Color::Reset;
+            |cell: &ratatui_core::buffer::Cell| cell.fg == Color::Reset && cell.bg == Color::Reset;
         assert!(buffer.content().iter().all(plain));
         for modifier in [Modifier::REVERSED, Modifier::BOLD, Modifier::DIM, Modifier::UNDERLINED] {
             assert!(

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::env;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Stdout};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -10,13 +10,16 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ratatui::crossterm::cursor::Show;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use ratatui::crossterm::execute;
-use ratatui::crossterm::terminal::{
+use ratatui_core::terminal::Terminal;
+use ratatui_crossterm::CrosstermBackend;
+use ratatui_crossterm::crossterm::cursor::Show;
+use ratatui_crossterm::crossterm::event::{
+    self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers,
+};
+use ratatui_crossterm::crossterm::execute;
+use ratatui_crossterm::crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
-use ratatui::{DefaultTerminal, Terminal, backend::CrosstermBackend};
 use vimc4_device::SignalKind;
 
 use super::draw::draw;
@@ -70,7 +73,7 @@ pub(crate) fn check() -> Result<(), Failure> {
 }
 
 /// A terminal that is the screen's, and is given back whatever happens.
-struct Stage(DefaultTerminal);
+struct Stage(Terminal<CrosstermBackend<Stdout>>);
 
 impl Stage {
     fn enter() -> io::Result<Stage> {
@@ -381,7 +384,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
         Act::WholePath => look.gaze = Gaze::default(),
         Act::Picture => {
             look.pictures += 1;
-            let size = ratatui::crossterm::terminal::size().unwrap_or((80, 24));
+            let size = ratatui_crossterm::crossterm::terminal::size().unwrap_or((80, 24));
             let line = format!("picture console-{}.svg {}x{}", look.pictures, size.0, size.1);
             return carry_out(session, &line);
         }
@@ -589,8 +592,8 @@ mod tests {
     use std::os::fd::OwnedFd;
     use std::process::{Command, Stdio};
 
-    use ratatui::layout::Position;
-    use ratatui::style::Style;
+    use ratatui_core::layout::Position;
+    use ratatui_core::style::Style;
     use rustix::fs::{Mode, OFlags};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use rustix::termios::{Termios, Winsize, tcgetattr, tcsetwinsize};

@@ -1,7 +1,7 @@
 //! What is emphasised how: by attributes first, so that nothing is lost without colour and on any
 //! background.
 
-use ratatui::style::{Color, Modifier, Style};
+use ratatui_core::style::{Color, Modifier, Style};
 
 /// What something on the screen is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,8 @@
 //! The keys of the full screen: one table, from which the help on them comes too.
 
-use ratatui::buffer::Buffer;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use ratatui::layout::Rect;
-use ratatui::widgets::{Clear, Widget};
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
+use ratatui_crossterm::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::brush::Brush;
 use super::ink::{Ink, Inks};
@@ -173,7 +172,7 @@ pub(super) fn draw(buffer: &mut Buffer, area: Rect, inks: Inks) {
         height: height.min(area.height),
     };
     // Nothing beside the keys is mistaken for more of them.
-    Clear.render(area, buffer);
+    buffer.reset();
     let mut brush = Brush::titled(buffer, place, inks, "keys", "any key closes this");
     for row in 0..rows {
         let mut pieces = Vec::new();

@@ -2,8 +2,8 @@
 
 use std::env;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
 use vimc4_debug::Unit;
 
 use super::draw::draw;

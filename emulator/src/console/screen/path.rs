@@ -1,7 +1,7 @@
 //! The path from above and from the side, in true proportions.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
 use vimc4_catalogue::Machine;
 use vimc4_device::{AXES, Point, Time};
 
@@ -240,7 +240,7 @@ fn length(mm: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ratatui::style::Modifier;
+    use ratatui_core::style::Modifier;
 
     use super::super::dots::dots_of;
     use super::*;
