@@ -18,7 +18,8 @@ use serde_json::{Value, json};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, connect, run, tcp, until};
+use process::limits::{InTime, until};
+use process::{Process, connect, run, tcp};
 
 const PAGE: &str = include_str!("../../docs/api.md");
 
@@ -56,7 +57,7 @@ fn serve(folder: &std::path::Path, arguments: &[&str]) -> (Process, Value, Strin
 }
 
 fn shell(command: &str) -> Output {
-    Command::new("sh").args(["-c", command]).output().unwrap()
+    Command::new("sh").args(["-c", command]).output_in_time().unwrap()
 }
 
 fn has(command: &str) -> bool {
@@ -96,7 +97,7 @@ fn the_python_recipe_runs() -> Outcome {
     let (_serve, _, address) = serve(folder.path(), &["--http", "127.0.0.1:0"]);
     let code = block("python").join("\n").replace(THERE, &address);
     assert!(code.contains("assert"));
-    printed(&Command::new("python3").args(["-c", &code]).output()?).map(drop)
+    printed(&Command::new("python3").args(["-c", &code]).output_in_time()?).map(drop)
 }
 
 fn the_javascript_recipe_runs() -> Outcome {
@@ -104,7 +105,7 @@ fn the_javascript_recipe_runs() -> Outcome {
     let (_serve, ready, address) = serve(folder.path(), &["--web"]);
     process::ask(&mut connect(process::tcp(&ready, 0)), "@07\r", 1);
     let code = block("js").join("\n").replace(THERE, &address);
-    let text = printed(&Command::new("node").args([WEBSOCKET, "-e", &code]).output()?)?;
+    let text = printed(&Command::new("node").args([WEBSOCKET, "-e", &code]).output_in_time()?)?;
     assert_eq!(text, "@07  set axes X+Y+Z\n0  at once\n");
     Ok(())
 }
@@ -760,7 +761,8 @@ fn the_past_has_all_that_was_lived() -> Outcome {
     assert_eq!(ask("POST", "/history/take", Value::Null)["now"]["at"], at);
     assert_eq!(get("/clock")["paused"]["at"], at);
     ask("DELETE", "/debugger", Value::Null);
-    ask("POST", "/clock/run-until", json!({ "condition": "x > 1000" }));
+    let later = format!("x > {}", stepped + 400);
+    ask("POST", "/clock/run-until", json!({ "condition": later }));
     ask("POST", "/line", json!({ "send": "@0P\r" }));
     for later in [50_000_000, 300_000_000] {
         let there = ask("POST", "/history/go", json!({ "at": at + later }));
@@ -998,7 +1000,7 @@ fn what_is_recorded_over_http_plays() -> Outcome {
                 Command::new("sh")
                     .args(["-c", &line])
                     .current_dir(folder.path())
-                    .output()
+                    .output_in_time()
                     .as_ref()?,
             )?;
         }
@@ -1028,7 +1030,7 @@ fn a_recording_is_one_page() -> Outcome {
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
     let program = Command::new(env!("CARGO_BIN_EXE_vimc4"));
     let replay = |mut program: Command, out: &Path| {
-        program.args(["replay", recording, "--html"]).arg(out).output()
+        program.args(["replay", recording, "--html"]).arg(out).output_in_time()
     };
     let told = replay(program, &out)?;
     assert!(told.status.success() && told.stdout.starts_with(b"equal"), "{told:?}");

@@ -4,9 +4,14 @@
 
 use std::process::{Command, Output};
 
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::limits::InTime;
+
 fn circle(arguments: &str) -> Output {
     let words = arguments.split_whitespace();
-    Command::new(env!("CARGO_BIN_EXE_vimc4")).arg("circle").args(words).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_vimc4")).arg("circle").args(words).output_in_time().unwrap()
 }
 
 /// What is printed to standard output when all is well.

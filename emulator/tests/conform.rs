@@ -17,7 +17,8 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{LIMIT, Process, connect, run, said, tcp, vimc4};
+use process::limits::{EndsInTime, InTime, LIMIT, Timed};
+use process::{Process, connect, run, said, tcp, vimc4};
 
 /// The machine that tests run on may be busy, so times are compared loosely.
 const LOOSE: [&str; 2] = ["--tolerance", "3s"];
@@ -28,7 +29,7 @@ fn command(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 fn conform(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    said(command(folder, arguments).output().unwrap())
+    said(command(folder, arguments).output_in_time().unwrap())
 }
 
 /// Runs with `--json`, whose report it reads.
@@ -327,15 +328,16 @@ fn a_port_that_is_unplugged_is_named_with_the_session() {
         let folder = tempfile::tempdir().unwrap();
         let (mut serve, ready) = Process::serve(folder.path(), &[]);
         let name = if port == "pty" { "./vimc4.pty" } else { tcp(&ready, 0) };
-        let mut running = command(folder.path(), &[name, "--json", "-v"]).spawn().unwrap();
-        let mut lines = BufReader::new(running.stderr.take().unwrap());
+        let mut running = command(folder.path(), &[name, "--json", "-v"]).start().unwrap();
+        let mut lines =
+            BufReader::new(Timed::new("standard error", running.stderr.take().unwrap()));
         let mut errors = String::new();
         while !errors.contains("passed  isel/line/") {
             assert_ne!(lines.read_line(&mut errors).unwrap(), 0, "{errors}");
         }
         serve.child.kill().unwrap();
         lines.read_to_string(&mut errors).unwrap();
-        let (code, out, _) = said(running.wait_with_output().unwrap());
+        let (code, out, _) = said(running.output_in_time().unwrap());
         assert_eq!(code, 2, "{out}{errors}");
         assert!(errors.contains("is gone, during isel/line/"), "{errors}");
         assert!(errors.contains("plug it in"), "{errors}");
@@ -395,11 +397,11 @@ fn an_interrupt_takes_away_what_waits_where_nothing_halts_what_moves() {
     let (address, sent) = between(tcp(&ready, 0).parse().unwrap());
     let mut arguments = vec![address.as_str(), "--model", "smcu", "--sessions", "own", "long"];
     arguments.extend(["--yes", "--allow", "moves", "--envelope", "30000,0"]);
-    let running = command(folder.path(), &arguments).spawn().unwrap();
+    let running = command(folder.path(), &arguments).start().unwrap();
     while sent.recv_timeout(LIMIT).unwrap() != b"PA30000,0;\r" {}
     kill_process(Pid::from_child(&running), Signal::INT).unwrap();
     assert_eq!(sent.recv_timeout(LIMIT).unwrap(), b"!CC;!CB;");
-    let (code, _, errors) = said(running.wait_with_output().unwrap());
+    let (code, _, errors) = said(running.output_in_time().unwrap());
     assert_eq!(code, 2);
     assert!(errors.contains("interrupted, during lpkf/own/ways/long"), "{errors}");
     assert!(errors.contains("goes on to its end"), "{errors}");
@@ -417,12 +419,12 @@ fn an_interrupt_halts_what_moves() {
     fs::write(folder.path().join("own/long.toml"), text).unwrap();
     let mut arguments = vec![address.as_str(), "--sessions", "own", "--yes", "--allow", "moves"];
     arguments.extend(["--envelope", "300000,0,0"]);
-    let running = command(folder.path(), &arguments).spawn().unwrap();
+    let running = command(folder.path(), &arguments).start().unwrap();
     let moving = b"@0A300000,10000\r";
     while sent.recv_timeout(LIMIT).unwrap() != moving {}
     kill_process(Pid::from_child(&running), Signal::INT).unwrap();
     assert_eq!(sent.recv_timeout(LIMIT).unwrap(), [253]);
-    let (code, _, errors) = said(running.wait_with_output().unwrap());
+    let (code, _, errors) = said(running.output_in_time().unwrap());
     assert_eq!(code, 2);
     assert!(errors.contains("interrupted, during isel/own/long/long"), "{errors}");
     assert!(errors.contains("253 was sent"), "{errors}");

@@ -17,6 +17,7 @@ use terminal::Terminal;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::{EndsInTime, InTime, Timed};
 use process::{Process, VIMC4, ask, connect, root, run, vimc4};
 
 /// Runs `vimc4 console` in the folder of the project with this on its standard input.
@@ -27,10 +28,10 @@ fn console(arguments: &[&str], typed: &str) -> Output {
 /// The same with any bytes.
 fn console_of(arguments: &[&str], typed: &[u8]) -> Output {
     let mut command = vimc4(&root(), &[&["console"], arguments].concat());
-    let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+    let mut child = command.stdin(Stdio::piped()).start().unwrap();
     // It may end without having read anything.
     let _ = child.stdin.take().unwrap().write_all(typed);
-    child.wait_with_output().unwrap()
+    child.output_in_time().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -184,7 +185,7 @@ fn a_recording_is_opened_and_not_run() {
     let output = Command::new(VIMC4)
         .args(["run", "examples/overlooked.jsonl"])
         .current_dir(root())
-        .output()
+        .output_in_time()
         .unwrap();
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{err}");
@@ -200,7 +201,8 @@ fn what_is_no_program_is_told_alike() {
     let shell = |line: &str| {
         let line = line.replace("vimc4", VIMC4);
         let mut command = Command::new("sh");
-        let output = command.args(["-c", &line]).current_dir(folder.path()).output().unwrap();
+        let output =
+            command.args(["-c", &line]).current_dir(folder.path()).output_in_time().unwrap();
         (output.status.code(), text(&output.stderr))
     };
     let limit = fs::read(root().join("examples/limit.jsonl")).unwrap();
@@ -298,7 +300,7 @@ fn a_compressed_recording_is_known_by_its_content() {
     let packed = folder.path().join("short.jsonl.gz");
     let cut = ["cut", "examples/limit.jsonl", "--from", "7s", "--to", "8s", "--out"];
     let cut = [&cut[..], &[packed.to_str().unwrap()]].concat();
-    assert!(vimc4(&root(), &cut).status().unwrap().success());
+    assert!(vimc4(&root(), &cut).status_in_time().unwrap().success());
     let other = folder.path().join("other.jsonl");
     fs::rename(packed, &other).unwrap();
     let out = said(&[other.to_str().unwrap()], "goto end\nwhere\n");
@@ -739,7 +741,7 @@ fn the_job_that_waits_goes_as_the_manual_shows_it() {
 fn the_recording_of_the_hidden_bug_is_that_of_its_driver() {
     if !Command::new("python3")
         .arg("--version")
-        .output()
+        .output_in_time()
         .is_ok_and(|output| output.status.success())
     {
         assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs python3");
@@ -755,7 +757,12 @@ fn the_recording_of_the_hidden_bug_is_that_of_its_driver() {
     serve.line();
     let driver = root().join("examples/overlooked.py");
     assert!(
-        Command::new("python3").arg(driver).current_dir(folder.path()).status().unwrap().success()
+        Command::new("python3")
+            .arg(driver)
+            .current_dir(folder.path())
+            .status_in_time()
+            .unwrap()
+            .success()
     );
     drop(serve.input.take());
     serve.ended();
@@ -782,7 +789,7 @@ fn the_pictures_of_the_manual_are_what_the_screen_shows() {
         .args(["console", "examples/plate.ncp", "--machine", "mill", "--script"])
         .arg(script)
         .current_dir(folder.path())
-        .output()
+        .output_in_time()
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     for name in ["docs/console-80x24.svg", "docs/console-200x60.svg"] {
@@ -990,13 +997,13 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     assert_eq!(console.line(), "> where");
     assert!(console.line().contains("idle"));
     console.give("continue\n");
-    process::until("it runs", || !clock("1").contains("paused"));
+    process::limits::until("it runs", || !clock("1").contains("paused"));
     console.signal(rustix::process::Signal::INT);
     assert_eq!(console.line(), "> continue");
     assert!(clock("1").contains("paused"));
     console.signal(rustix::process::Signal::TERM);
     assert_eq!(console.ended().code(), Some(143));
-    process::until("it is let go", || !clock("1").contains("paused"));
+    process::limits::until("it is let go", || !clock("1").contains("paused"));
     // Whoever is killed lets go, too.
     let mut console = begin(&["--controller", "1"]);
     console.give("where\n");
@@ -1004,7 +1011,7 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     assert!(console.line().contains("idle"));
     assert!(clock("1").contains("paused"));
     console.signal(rustix::process::Signal::KILL);
-    process::until("it is let go", || !clock("1").contains("paused"));
+    process::limits::until("it is let go", || !clock("1").contains("paused"));
     // Nobody else has it meanwhile; requests share it, and may close it.
     let mut console = begin(&["--controller", "1"]);
     console.give("where\n");
@@ -1018,7 +1025,7 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     assert!(clock("1").contains("paused"));
     assert!(request(url, "DELETE", path, "").contains("200 OK"));
     assert!(!clock("1").contains("paused"));
-    process::until("it is heard", || {
+    process::limits::until("it is heard", || {
         let _ = console.input.as_mut().unwrap().write_all(b"where\n");
         console.child.try_wait().unwrap().is_some()
     });
@@ -1059,7 +1066,7 @@ fn a_controller_elsewhere_goes_on_at_the_end() {
     assert!(console.line().contains("idle"));
     serve.signal(rustix::process::Signal::KILL);
     serve.ended();
-    process::until("it is noticed", || {
+    process::limits::until("it is noticed", || {
         let _ = console.input.as_mut().unwrap().write_all(b"where\n");
         console.child.try_wait().unwrap().is_some()
     });
@@ -1075,9 +1082,11 @@ fn a_script_that_waits_for_a_host_says_so_at_once() {
     fs::write(&script, format!("continue 1ms\nbreak command @0P\n{lines}")).unwrap();
     let arguments = ["console", "imc4", "--pty", "none", "--tcp", "127.0.0.1:0", "--script"];
     let mut command = vimc4(folder.path(), &[&arguments[..], &[script.to_str().unwrap()]].concat());
-    let mut child = command.spawn().unwrap();
-    let mut out = std::io::BufReader::new(child.stdout.take().unwrap());
-    let mut err = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut child = command.start().unwrap();
+    let out = Timed::new("standard output", child.stdout.take().unwrap());
+    let mut out = std::io::BufReader::new(out);
+    let err = Timed::new("standard error", child.stderr.take().unwrap());
+    let mut err = std::io::BufReader::new(err);
     let line = |from: &mut dyn BufRead| {
         let mut line = String::new();
         from.read_line(&mut line).unwrap();
@@ -1099,5 +1108,5 @@ fn a_script_that_waits_for_a_host_says_so_at_once() {
     let mut rest = String::new();
     out.read_to_string(&mut rest).unwrap();
     err.read_to_string(&mut rest).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{rest}");
+    assert_eq!(child.wait_in_time().unwrap().code(), Some(0), "{rest}");
 }

@@ -13,7 +13,8 @@ use rustix::process::Signal;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, root, shell, shown, tcp, until, vimc4};
+use process::limits::{EndsInTime, InTime, until};
+use process::{Process, VIMC4, ask, connect, root, shell, shown, tcp, vimc4};
 
 const MANUAL: &str = include_str!("../../docs/coverage.md");
 
@@ -61,7 +62,7 @@ fn what_was_met_is_kept_however_it_ends() {
             Some(signal) => serve.signal(signal),
             None => serve.give("quit\n"),
         }
-        assert!(serve.child.wait().unwrap().success(), "{end:?}");
+        assert!(serve.child.wait_in_time().unwrap().success(), "{end:?}");
         let file = folder.path().join("coverage.json");
         assert_eq!((met(&file, "@axes", "0"), met(&file, "@A", "7")), (1, 1), "{end:?}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something is left");
@@ -80,14 +81,14 @@ fn several_controllers_and_several_runs_are_added_up() {
     let runs: Vec<Process> = (0..8)
         .map(|_| {
             let run = ["run", "axes.txt", "--coverage", "coverage.json"];
-            Process::of(vimc4(folder.path(), &run).stdout(Stdio::null()).spawn().unwrap())
+            Process::of(vimc4(folder.path(), &run).stdout(Stdio::null()).start().unwrap())
         })
         .collect();
     for mut run in runs {
-        assert!(run.child.wait().unwrap().success());
+        assert!(run.child.wait_in_time().unwrap().success());
     }
     serve.signal(Signal::TERM);
-    assert!(serve.child.wait().unwrap().success());
+    assert!(serve.child.wait_in_time().unwrap().success());
     let file = folder.path().join("coverage.json");
     assert_eq!((met(&file, "@axes", "0"), met(&file, "@P", "0")), (10, 8));
 }
@@ -100,11 +101,11 @@ fn a_run_that_is_interrupted_keeps_what_it_has_met() {
     fs::write(folder.path().join("endless.txt"), endless).unwrap();
     let run = ["run", "endless.txt", "--loops", "4000000000", "--for", "9999h"];
     let mut run = vimc4(folder.path(), &[&run[..], &["--coverage", "coverage.json"]].concat());
-    let mut run = Process::of(run.stdout(Stdio::null()).spawn().unwrap());
+    let mut run = Process::of(run.stdout(Stdio::null()).start().unwrap());
     let file = folder.path().join("coverage.json");
     until("there is no file", || fs::read(&file).is_ok_and(|bytes| !bytes.is_empty()));
     run.signal(Signal::TERM);
-    assert_eq!(run.child.wait().unwrap().code(), Some(130));
+    assert_eq!(run.child.wait_in_time().unwrap().code(), Some(130));
     assert!(vimc4::read_coverage(&file).is_ok());
 }
 
@@ -116,7 +117,7 @@ fn a_file_that_cannot_be_used_is_refused_before_anything_begins() {
     fs::write(at("other.json"), "{}").unwrap();
     let run = |file: &str, model: &str| {
         let run = ["run", "axes.txt", "--model", model, "--coverage", file];
-        let output = vimc4(folder.path(), &run).output().unwrap();
+        let output = vimc4(folder.path(), &run).output_in_time().unwrap();
         (output.status.code(), text(&output))
     };
     assert_eq!(run("imc4.json", "imc4").0, Some(0));
@@ -141,9 +142,9 @@ fn covered() -> (tempfile::TempDir, impl Fn(&[&str]) -> (Option<i32>, String)) {
     let path = folder.path().to_owned();
     fs::write(path.join("axes.txt"), "@01\n@0A5,900\n").unwrap();
     let run = ["run", "axes.txt", "--coverage", "met.json"];
-    assert!(vimc4(&path, &run).output().unwrap().status.success());
+    assert!(vimc4(&path, &run).output_in_time().unwrap().status.success());
     let coverage = move |arguments: &[&str]| {
-        let output = vimc4(&path, &[&["coverage"], arguments].concat()).output().unwrap();
+        let output = vimc4(&path, &[&["coverage"], arguments].concat()).output_in_time().unwrap();
         (output.status.code(), text(&output))
     };
     (folder, coverage)
@@ -205,14 +206,16 @@ fn the_tracefile_names_its_text_from_wherever_it_is_read() {
 fn with_little_memory(folder: &Path, line: &str) -> (Option<i32>, String) {
     let mut shell = Command::new("sh");
     shell.args(["-c", &format!("ulimit -v 4000000; exec \"$0\" {line}"), VIMC4]);
-    let output = shell.current_dir(folder).stdin(Stdio::null()).output().unwrap();
+    let output = shell.current_dir(folder).stdin(Stdio::null()).output_in_time().unwrap();
     (output.status.code(), text(&output).replace("\n  │ ", " "))
 }
 
 #[test]
 fn what_never_ends_is_no_file_of_coverage() {
     let (folder, _) = covered();
-    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    assert!(
+        Command::new("mkfifo").arg(folder.path().join("pipe")).status_in_time().unwrap().success()
+    );
     for (line, said) in [
         ("run axes.txt --coverage /dev/zero", "it is not a regular file"),
         ("run axes.txt --coverage /dev/full", "it is not a regular file"),

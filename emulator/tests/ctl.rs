@@ -11,6 +11,7 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::InTime;
 use process::{Process, VIMC4, said, vimc4};
 
 const PAGE: &str = include_str!("../../docs/ctl.md");
@@ -29,7 +30,14 @@ fn serve(folder: &Path, arguments: &[&str]) -> (Process, String) {
 /// What a command line of `ctl` ends with, prints and says.
 fn ctl(folder: &Path, url: &str, arguments: &[&str]) -> (i32, String, String) {
     let mut command = vimc4(folder, &["ctl"]);
-    said(command.args(arguments).env("VIMC4_URL", url).env_remove("VIMC4_TOKEN").output().unwrap())
+    said(
+        command
+            .args(arguments)
+            .env("VIMC4_URL", url)
+            .env_remove("VIMC4_TOKEN")
+            .output_in_time()
+            .unwrap(),
+    )
 }
 
 /// What it says is wrong, with its remedy.
@@ -45,7 +53,8 @@ fn offered(folder: &Path, url: &str, words: &[&str]) -> String {
     let mut command = vimc4(folder, &["--", "vimc4", "ctl"]);
     command.args(words).env("VIMC4_COMPLETE", "bash").env("_CLAP_IFS", " ").env("VIMC4_URL", url);
     let place = (words.len() + 1).to_string();
-    let (code, offered, wrong) = said(command.env("_CLAP_COMPLETE_INDEX", place).output().unwrap());
+    let (code, offered, wrong) =
+        said(command.env("_CLAP_COMPLETE_INDEX", place).output_in_time().unwrap());
     assert_eq!((code, wrong.as_str()), (0, ""));
     offered
 }
@@ -65,8 +74,11 @@ fn the_page_says_what_is_so() {
         }
         let line = line.strip_prefix("vimc4").unwrap();
         let command = format!("{VIMC4}{line} 2>&1");
-        let output =
-            Command::new("sh").args(["-c", &command]).env("VIMC4_URL", &url).output().unwrap();
+        let output = Command::new("sh")
+            .args(["-c", &command])
+            .env("VIMC4_URL", &url)
+            .output_in_time()
+            .unwrap();
         let printed = String::from_utf8(output.stdout).unwrap();
         assert_eq!(printed.trim_end(), shown.trim_end(), "vimc4{line}");
         count += 1;
@@ -188,14 +200,15 @@ fn a_token_is_in_a_file_or_the_environment() {
     let (code, seen, _) = with(&["watch", "--count", "1", "--after", "0"]);
     assert!(code == 0 && seen.contains("the API: cover open"), "{seen}");
     let mut command = vimc4(folder, &["ctl", "--url", &url, "position"]);
-    let (code, seen, _) = said(command.env("VIMC4_TOKEN", "0123456789abcdef").output().unwrap());
+    let (code, seen, _) =
+        said(command.env("VIMC4_TOKEN", "0123456789abcdef").output_in_time().unwrap());
     assert_eq!((code, seen.as_str()), (0, "X 0 Y 0 Z 0 A 0\n"));
     // What cannot be sent is not taken for another server.
     fs::write(folder.join("token.txt"), "0123456789\nabcdef\n").unwrap();
     let (code, told) = wrong(with(&["position"]));
     assert!(code == 2 && told.contains("the token has a blank, a line break"), "{code} {told}");
     let (code, said) = wrong(said(
-        vimc4(folder, &["serve", "--web", "--http-token", "token.txt"]).output().unwrap(),
+        vimc4(folder, &["serve", "--web", "--http-token", "token.txt"]).output_in_time().unwrap(),
     ));
     assert!(code == 2 && said.contains("letters, digits or signs in one line"), "{code} {said}");
 }

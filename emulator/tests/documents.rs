@@ -16,7 +16,8 @@ use vimc4::{Clock, Emulator};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, pseudo_terminal, root};
+use process::limits::{EndsInTime, InTime, LIMIT, Timed};
+use process::{Process, VIMC4, pseudo_terminal, root, terminal};
 
 const PAGES: [(&str, &str); 24] = [
     ("README.md", include_str!("../../README.md")),
@@ -200,7 +201,7 @@ fn command_line<'a>(code: &Code<'a>) -> Option<&'a str> {
 // --- the help of every command ---
 
 fn help(path: &[String]) -> String {
-    let output = Command::new(VIMC4).args(path).arg("--help").output().unwrap();
+    let output = Command::new(VIMC4).args(path).arg("--help").output_in_time().unwrap();
     assert!(output.status.success(), "{path:?}");
     String::from_utf8(output.stdout).unwrap()
 }
@@ -382,10 +383,10 @@ impl Bench {
         let mut shell =
             self.shell(&format!("exec timeout 300 sh -c '{}'", line.replace('\'', "'\\''")));
         shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = shell.spawn().unwrap();
+        let mut child = shell.start().unwrap();
         // It may end without having read anything.
         let _ = child.stdin.take().unwrap().write_all(typed.as_bytes());
-        child.wait_with_output().unwrap()
+        child.output_in_time().unwrap()
     }
 }
 
@@ -747,7 +748,7 @@ fn what_compile_writes_runs_without_options() {
         .arg(bench.path("examples/plate.ncp"))
         .arg("--machine")
         .arg(&name)
-        .output()
+        .output_in_time()
         .unwrap();
     let field = String::from_utf8(odd.stdout).unwrap();
     assert!(field.starts_with("; model: imc4\n; axes: 15 ("), "{field}");
@@ -768,7 +769,7 @@ fn what_compile_writes_runs_without_options() {
 fn has(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    command.status_in_time().is_ok_and(|status| status.success())
 }
 
 /// The tour of the README, with STOP pressed in its long move. What depends on when it is pressed is
@@ -790,7 +791,7 @@ fn the_tour_goes_as_shown() {
     let told = serve.errors();
     let mut log: Vec<String> = Vec::new();
     while log.last().is_none_or(|line| !line.contains("@0A-40000")) {
-        log.push(told.recv().unwrap());
+        log.push(told.recv_timeout(LIMIT).expect("the move in the log"));
     }
     serve.give("press stop\n");
     let mut answers = String::new();
@@ -841,7 +842,8 @@ fn the_scripts_for_ci_are_found_in_a_folder_whose_name_has_a_blank() {
     fs::create_dir_all(&scripts).unwrap();
     for name in ["serve.sh", "finish.sh"] {
         fs::write(scripts.join(name), "exit").unwrap();
-        let runs = Command::new("chmod").arg("+x").arg(scripts.join(name)).status().unwrap();
+        let runs =
+            Command::new("chmod").arg("+x").arg(scripts.join(name)).status_in_time().unwrap();
         assert!(runs.success());
     }
     let lines = include_str!("../../docs/install.md").lines();
@@ -860,7 +862,7 @@ fn the_scripts_for_ci_are_found_in_a_folder_whose_name_has_a_blank() {
 
 /// A shell at a terminal, with the completion of vimc4 in its settings.
 struct Shell {
-    terminal: fs::File,
+    terminal: Timed<fs::File>,
     _shell: Process,
 }
 
@@ -893,11 +895,12 @@ impl Shell {
 
     fn of(mut shell: Command) -> Shell {
         let (near, name) = pseudo_terminal();
-        let far = fs::File::options().read(true).write(true).open(name).unwrap();
+        let far = terminal(name).into_inner();
         shell.env("TERM", "dumb");
         shell.stdin(far.try_clone().unwrap()).stdout(far.try_clone().unwrap()).stderr(far);
-        let shell = Process::of(shell.spawn().unwrap());
-        let mut shell = Shell { terminal: fs::File::from(near), _shell: shell };
+        let shell = Process::of(shell.start().unwrap());
+        let mut shell =
+            Shell { terminal: Timed::new("the shell", fs::File::from(near)), _shell: shell };
         shell.until("$ ");
         shell
     }
@@ -991,14 +994,15 @@ fn names_are_completed() {
     let mut fish = Command::new(VIMC4);
     let asked =
         fish.env("VIMC4_COMPLETE", "fish").args(["--", "vimc4", "serve", "--machine", "mi"]);
-    let output = asked.output().unwrap();
+    let output = asked.output_in_time().unwrap();
     let offered = String::from_utf8(output.stdout).unwrap();
     assert!(offered.contains("mill\ta flat-bed milling machine"), "{offered}");
 }
 
 #[test]
 fn zsh_completes_names_from_its_settings_and_from_a_folder_of_scripts() {
-    if !Command::new("zsh").arg("--version").output().is_ok_and(|zsh| zsh.status.success()) {
+    if !Command::new("zsh").arg("--version").output_in_time().is_ok_and(|zsh| zsh.status.success())
+    {
         assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs zsh");
         return;
     }

@@ -20,7 +20,8 @@ use vimc4::{Button, Clock, Emulator, Event, Motion, Point};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Chatter, LIMIT, Process, VIMC4, pseudo_terminal, until, vimc4};
+use process::limits::{EndsInTime, InTime, LIMIT, Timed, joined, until};
+use process::{Chatter, Process, VIMC4, pseudo_terminal, rest_of, vimc4};
 
 /// Lines, an arc off the raster, a helix, a turning axis, holes, a work-piece zero.
 const JOB: &str = "\
@@ -257,7 +258,7 @@ fn sending(folder: &Path, arguments: &[&str]) -> Child {
 
 /// The same with somebody who types, or nobody.
 fn sending_from(folder: &Path, arguments: &[&str], typed: impl Into<Stdio>) -> Child {
-    vimc4(folder, &[&["send"], arguments].concat()).stdin(typed).spawn().unwrap()
+    vimc4(folder, &[&["send"], arguments].concat()).stdin(typed).start().unwrap()
 }
 
 /// Waits until an axis stays where it is.
@@ -278,7 +279,7 @@ fn stop_pauses_and_start_goes_on() {
     assert!(x() < 4_000);
     // START is a button that somebody holds for a moment; the host looks ten times a second.
     emulator.hold(Button::Start).unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     emulator.release(Button::Start).unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(
@@ -296,7 +297,7 @@ fn ctrl_c_brakes_and_says_where() {
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 100);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     let err = text(&output.stderr);
     assert_ne!(output.status.code(), Some(0));
     let place = format!("at X {:.3} mm, Y 0.000 mm", x() as f64 * 0.0125);
@@ -317,7 +318,7 @@ fn nobody_there_is_told_at_once() {
     });
     let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 2);
     assert!(err.contains("nothing answers"), "{err}");
-    assert_eq!(silent.join().unwrap(), b"@0V\r");
+    assert_eq!(joined("the end of the silent server", silent), b"@0V\r");
 }
 
 #[test]
@@ -346,7 +347,7 @@ fn questions_and_waits() {
 /// A terminal that somebody types at: what they type into, and the end for the program.
 fn terminal() -> (fs::File, fs::File) {
     let (typed, name) = pseudo_terminal();
-    let end = fs::File::options().read(true).write(true).open(name).unwrap();
+    let end = process::terminal(name).into_inner();
     (fs::File::from(typed), end)
 }
 
@@ -356,7 +357,7 @@ fn run_with(folder: &Path, machine: &str, typed: &str) -> (Value, String) {
     terminal.write_all(typed.as_bytes()).unwrap();
     let mut command = Command::new(VIMC4);
     command.args(["ncp", "run", "job.ncp", "--machine", machine, "--json"]);
-    let output = command.current_dir(folder).stdin(end).output().unwrap();
+    let output = command.current_dir(folder).stdin(end).start().unwrap().output_in_time().unwrap();
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     let json = serde_json::from_str(&out);
     assert!(json.is_ok(), "{out}{err}");
@@ -396,7 +397,7 @@ fn enter_is_the_stop_key() {
     thread::sleep(Duration::from_millis(300));
     assert_eq!(x(), stopped);
     typed.write_all(b"\n").unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(
         text(&output.stderr).contains("line 4: stopped; Enter goes on, q ends the job; START at")
@@ -564,7 +565,7 @@ fn where_start_resumes_the_host_sends_nothing() {
             }
             false => emulator.hold(Button::Start).unwrap(),
         }
-        let output = child.wait_with_output().unwrap();
+        let output = child.output_in_time().unwrap();
         let err = text(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{err}");
         assert_eq!(x(), 4_000);
@@ -667,7 +668,7 @@ fn an_abort_says_the_line_to_go_on_with() {
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 200);
     emulator.hold(Button::EmergencyStop).unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{err}");
     assert!(err.contains("answered 9") && err.contains("--from 4 goes on with that line"), "{err}");
@@ -678,7 +679,7 @@ fn an_abort_says_the_line_to_go_on_with() {
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 200);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let err = text(&child.wait_with_output().unwrap().stderr);
+    let err = text(&child.output_in_time().unwrap().stderr);
     assert!(err.contains("--from 4 goes on with that line"), "{err}");
     let (out, _) = ends(&folder, &["send", "job.ncp", "--to", &port, "--from", "4", "--no-ref"], 0);
     assert!(out.contains("at X 300.000 mm"), "{out}");
@@ -709,7 +710,7 @@ impl Typist {
     /// Somebody at the terminal of any command.
     fn at(command: &mut Command) -> Typist {
         let (terminal, end) = terminal();
-        let mut process = Process::of(command.stdin(end).spawn().unwrap());
+        let mut process = Process::of(command.stdin(end).start().unwrap());
         Typist { said: process.errors(), process, terminal, all: String::new() }
     }
 
@@ -739,7 +740,7 @@ impl Typist {
         let mut out = String::new();
         self.process.output.as_mut().unwrap().read_to_string(&mut out).unwrap();
         let status = self.process.ended();
-        self.all.extend(self.said.iter().map(|line| line + "\n"));
+        self.all += &rest_of(&self.said);
         assert_eq!(status.code(), Some(code), "{}", self.all);
         (out, self.all)
     }
@@ -989,7 +990,7 @@ fn a_plot_halts_behind_its_command_and_goes_on() {
     thread::sleep(Duration::from_millis(300));
     assert_eq!(x(), 3_000);
     typed.write_all(b"\n").unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{err}");
     assert!(err.contains("line 3: stopped; Enter goes on, q ends the job"), "{err}");
@@ -1007,7 +1008,7 @@ fn a_plot_ends_with_its_error_and_the_next_is_taken() {
         let x = || emulator.position().unwrap()[0];
         until("it moves", || x() > 100);
         emulator.press(Button::Stop).unwrap();
-        let output = child.wait_with_output().unwrap();
+        let output = child.output_in_time().unwrap();
         let err = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{err}");
         assert!(
@@ -1069,9 +1070,9 @@ fn run_knows_a_job_when_it_sees_one() {
     assert!(out.contains("ended     the job is done"), "{out}");
     let mut child = Command::new(VIMC4);
     child.args(["run", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped());
-    let mut child = child.spawn().unwrap();
+    let mut child = child.start().unwrap();
     child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
-    assert!(child.wait_with_output().unwrap().status.success());
+    assert!(child.output_in_time().unwrap().status.success());
 }
 
 #[test]
@@ -1196,14 +1197,14 @@ fn what_is_no_answer_is_not_believed() {
         let (port, heard) = peer(|_| answer.to_vec());
         let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
         assert!(err.contains("which is not an answer of the model imc4"), "{err}");
-        let heard = heard.join().unwrap();
+        let heard = joined("the end of the connection", heard);
         assert!(!heard.contains("@0R") && !heard.contains("@0A"), "{heard}");
     }
     // What looks right comes far too early.
     let (port, heard) = peer(|line| like_an_imc4(line, '-', b""));
     let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("that motion takes 45.") && err.contains("--any-time"), "{err}");
-    assert!(heard.join().unwrap().contains("@0A72000,1600"));
+    assert!(joined("the end of the connection", heard).contains("@0A72000,1600"));
     let (port, _heard) = peer(|line| like_an_imc4(line, '-', b""));
     ends(&folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
     // One more than it should be, also where it comes later.
@@ -1247,7 +1248,7 @@ fn rest_is_not_claimed_without_an_answer() {
     let child = sending(&folder, &["job.ncp", "--to", &port]);
     moves.recv_timeout(LIMIT).unwrap();
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let err = text(&child.wait_with_output().unwrap().stderr);
+    let err = text(&child.output_in_time().unwrap().stderr);
     assert!(err.contains("may still be moving") && !err.contains("come to rest"), "{err}");
     // What lost its power counts from 0 when it has it again.
     assert!(err.contains("the counters may have been reset") && !err.contains("X 0.000"), "{err}");
@@ -1294,7 +1295,7 @@ fn what_is_left_on_a_line_does_not_hide_who_is_there() {
     let (port, heard) = peer(|_| b"5".to_vec());
     fs::write(folder.join("plot.plt"), PLOT).unwrap();
     process::run(&folder, &["send", "plot.plt", "--to", &port, "--model", "smcu", "--yes"]);
-    assert!(heard.join().unwrap().starts_with("!CC;!CI;!CB;!GO;OS;\r"));
+    assert!(joined("the end of the connection", heard).starts_with("!CC;!CI;!CB;!GO;OS;\r"));
 
     let first = AtomicBool::new(true);
     let (port, _heard) = peer(move |line| match first.swap(false, Ordering::Relaxed) {
@@ -1354,7 +1355,7 @@ fn a_line_that_chatters_is_not_waited_for() {
             let mut child = sending(&folder, &["job.ncp", "--to", address]);
             line.comes();
             kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
-            let code = child.wait().unwrap().code();
+            let code = child.wait_in_time().unwrap().code();
             (code != Some(1)).then_some(()).ok_or_else(|| "it waited".to_owned())
         });
     }
@@ -1529,11 +1530,11 @@ fn ctrl_c_again_does_not_wait() {
         kill_process(Pid::from_child(&child), Signal::INT).unwrap();
         child.try_wait().unwrap().is_some()
     });
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{err}");
     assert!(err.contains("interrupted again") && err.contains("may still be moving"), "{err}");
-    assert!(heard.join().unwrap().contains('\u{FFFD}'), "253 was sent");
+    assert!(joined("the end of the connection", heard).contains('\u{FFFD}'), "253 was sent");
 }
 
 #[test]
@@ -1631,7 +1632,7 @@ fn a_stopped_reference_run_is_no_reference() {
     let child = sending(&folder, &arguments);
     until_it_looks_for_its_switch(&emulator);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let err = text(&child.wait_with_output().unwrap().stderr);
+    let err = text(&child.output_in_time().unwrap().stderr);
     assert!(
         err.contains("interrupted: the reference run has ended, and its reference is"),
         "{err}"
@@ -1890,7 +1891,7 @@ fn stop_at_the_panel_in_a_repeated_reference_run_is_seen() {
         // Z, which is the first of three, is stopped by and by.
         thread::sleep(Duration::from_millis(100));
         emulator.press(Button::Stop).unwrap();
-        let output = child.wait_with_output().unwrap();
+        let output = child.output_in_time().unwrap();
         let (out, err) = (text(&output.stdout), text(&output.stderr));
         assert_eq!(output.status.code(), Some(1), "{out}{err}");
         assert!(err.contains("STOP at the panel may have stood in for the switch"), "{err}");
@@ -1962,7 +1963,7 @@ fn a_job_that_counts_from_where_it_began_goes_on() {
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 100);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let err = text(&child.wait_with_output().unwrap().stderr);
+    let err = text(&child.output_in_time().unwrap().stderr);
     assert!(err.contains("--from 3 goes on with that line, where the counters say"), "{err}");
     assert!(x() > 100 && x() < 2_400);
     // The first line that moves goes on from where the tool has come to.
@@ -1976,7 +1977,7 @@ fn a_job_that_counts_from_where_it_began_goes_on() {
     let child = sending(&folder, &send);
     until("it moves", || x() > 2_500);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-    let err = text(&child.wait_with_output().unwrap().stderr);
+    let err = text(&child.output_in_time().unwrap().stderr);
     assert!(err.contains("the counters did not count from there"), "{err}");
     assert!(!err.contains("to go on with line"), "{err}");
 }
@@ -2043,7 +2044,8 @@ fn a_motion_without_an_answer_is_remarked_soon() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X10000\n");
     let (port, _heard) = peer(|line| like_an_imc4(line, 'A', b""));
     let mut child = sending(&folder, &["job.ncp", "--to", &port]);
-    let mut said = std::io::BufReader::new(child.stderr.take().unwrap());
+    let said = Timed::new("standard error", child.stderr.take().unwrap());
+    let mut said = std::io::BufReader::new(said);
     let begun = Instant::now();
     let mut line = String::new();
     while !line.contains("no answer for") {
@@ -2053,7 +2055,7 @@ fn a_motion_without_an_answer_is_remarked_soon() {
     assert!(line.contains("s were foreseen: the controller may have lost its power"), "{line}");
     assert!(begun.elapsed() < LIMIT);
     child.kill().unwrap();
-    child.wait().unwrap();
+    child.wait_in_time().unwrap();
 }
 
 #[test]
@@ -2181,7 +2183,7 @@ fn what_counts_as_one_just_switched_on_does_is_asked_for_its_axes() {
             thread::sleep(Duration::from_millis(500));
             writeln!(typist.terminal).unwrap();
             let (_, err) = typist.ends(if knows { 0 } else { 1 });
-            let heard = heard.join().unwrap();
+            let heard = joined("the end of the connection", heard);
             let goes_on = heard.contains("@0S\r") || heard.contains("@0B");
             assert_eq!(goes_on, knows, "{heard} {err}");
             assert_eq!(err.contains(FORGOTTEN), !knows, "{err}");
@@ -2230,7 +2232,7 @@ fn an_error_in_answer_to_ctrl_c_is_one() {
             let child = sending(&folder, &[arguments, &to].concat());
             moves.recv_timeout(LIMIT).unwrap();
             kill_process(Pid::from_child(&child), Signal::INT).unwrap();
-            let output = child.wait_with_output().unwrap();
+            let output = child.output_in_time().unwrap();
             let err = text(&output.stderr);
             assert_eq!(output.status.code(), Some(1), "{err}");
             assert!(err.contains(said) && err.contains(why), "{arguments:?} {err}");
@@ -2325,7 +2327,7 @@ fn a_poll_that_is_lost_is_no_end_of_what_is_asked() {
             code,
         );
         assert!(err.contains(said), "{out}{err}");
-        let heard = heard.join().unwrap();
+        let heard = joined("the end of the connection", heard);
         assert_eq!(heard.contains("@0S\r"), code == 0, "{heard}");
         assert!(counted.load(Ordering::SeqCst) == if code == 0 { 7 } else { 3 }, "{heard}");
     }

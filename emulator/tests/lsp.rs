@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{LIMIT, Process, VIMC4, framed};
+use process::limits::{EndsInTime, InTime, LIMIT};
+use process::{Process, VIMC4, framed};
 
 /// The file that the tests talk about.
 const FILE: &str = "file:///part.ncp";
@@ -542,14 +543,14 @@ fn lengths_are_shown_in_mm() {
 #[test]
 #[cfg(target_os = "linux")]
 fn it_leaves_when_its_parent_is_killed() {
-    let mut parent = Command::new("sleep").arg("600").spawn().unwrap();
+    let mut parent = Command::new("sleep").arg("600").start().unwrap();
     let mut editor = Editor::silent("");
     let begin = json!({ "processId": parent.id(), "capabilities": {} });
     editor.ask("initialize", begin).unwrap();
     editor.open("HALT");
     assert!(editor.ask_at("hover", 0, 0).unwrap()["contents"].is_object());
     parent.kill().unwrap();
-    parent.wait().unwrap();
+    parent.wait_in_time().unwrap();
     assert_eq!(editor.server.ended().code(), Some(1));
 
     // One that is gone already is noticed too.

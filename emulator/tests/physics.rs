@@ -10,6 +10,7 @@ use vimc4_device::Harness;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::{InTime, LIMIT};
 use process::{Process, vimc4};
 
 /// What a receiver reads that samples the line sixteen times a bit, sample by sample.
@@ -61,7 +62,8 @@ port.close()
 fn client(url: &str, baud: u64, sent: &[u8], count: usize) -> Vec<String> {
     let hex: String = sent.iter().map(|byte| format!("{byte:02x}")).collect();
     let arguments = [url.to_owned(), baud.to_string(), hex, count.to_string()];
-    let client = Command::new("python3").args(["-c", CLIENT]).args(arguments).output().unwrap();
+    let client =
+        Command::new("python3").args(["-c", CLIENT]).args(arguments).output_in_time().unwrap();
     assert!(client.status.success(), "{}", String::from_utf8_lossy(&client.stderr));
     String::from_utf8(client.stdout).unwrap().lines().map(str::to_owned).collect()
 }
@@ -71,7 +73,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 fn has_pyserial() -> bool {
-    let has = Command::new("python3").args(["-c", "import serial"]).output();
+    let has = Command::new("python3").args(["-c", "import serial"]).output_in_time();
     let has = has.is_ok_and(|output| output.status.success());
     assert!(has || std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "python3-serial is missing");
     has
@@ -120,7 +122,8 @@ fn by_default_a_wrong_speed_is_only_a_warning() {
     let pty = serve.line().strip_prefix("pty ").unwrap().to_owned();
     assert_eq!(serve.line(), "ready");
     assert_eq!(client(&pty, 9_600, b"@07\r", 1), [hex(b"0"), hex(b"0")]);
-    let warned = errors.iter().find(|line| line.contains("a real one would hear noise"));
+    let mut lines = std::iter::from_fn(|| errors.recv_timeout(LIMIT).ok());
+    let warned = lines.find(|line| line.contains("a real one would hear noise"));
     assert!(warned.is_some_and(|line| line.contains("9600 baud")));
     assert_eq!(serve.order("faults"), "nothing is wrong");
 }

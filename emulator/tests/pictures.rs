@@ -14,6 +14,7 @@ use tempfile::TempDir;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::{EndsInTime, InTime, in_time};
 use process::{Process, VIMC4, root, said, shell, shown};
 use rustix::process::Signal;
 
@@ -179,17 +180,17 @@ fn under_way(folder: &Path, line: &str) -> Process {
     let mut command = process::vimc4(folder, &line.split(' ').collect::<Vec<_>>());
     let file = |name| File::create(folder.join(name)).unwrap();
     command.stdout(file("out.txt")).stderr(file("errors.txt"));
-    Process::of(command.spawn().unwrap())
+    Process::of(command.start().unwrap())
 }
 
 /// Waits until there is this much of a file.
 fn grown(folder: &Path, name: &str, size: u64) {
     let path = folder.join(name);
-    process::until("it grows", || fs::metadata(&path).is_ok_and(|file| file.len() >= size));
+    process::limits::until("it grows", || fs::metadata(&path).is_ok_and(|file| file.len() >= size));
 }
 
 fn pipe(folder: &Path, name: &str) {
-    assert!(Command::new("mkfifo").arg(folder.join(name)).status().unwrap().success());
+    assert!(Command::new("mkfifo").arg(folder.join(name)).status_in_time().unwrap().success());
 }
 
 /// The time with which the last row of a table begins, in seconds.
@@ -215,7 +216,7 @@ fn an_interrupted_run_leaves_what_happened_until_then() {
         grown(path, "out.trace", 100_000);
         assert_eq!(read(path, "out.nc"), "what stood there\n");
         interrupted.signal(Signal::INT);
-        assert_eq!(interrupted.child.wait().unwrap().code(), Some(130), "{line}");
+        assert_eq!(interrupted.child.wait_in_time().unwrap().code(), Some(130), "{line}");
         let [svg, code, drawing, trace, table] = names.map(|name| read(path, name));
         assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
         assert!(code.contains("\nG1 ") && code.ends_with("\nM2\n"), "{code}");
@@ -254,7 +255,7 @@ fn an_interrupted_replay_leaves_what_was_played_until_then() {
         grown(path, "out.csv", 100_000);
         assert!(!path.join("out.svg").exists());
         replay.signal(Signal::TERM);
-        assert_eq!(replay.child.wait().unwrap().code(), Some(130));
+        assert_eq!(replay.child.wait_in_time().unwrap().code(), Some(130));
         let svg = read(path, "out.svg");
         assert!(svg.ends_with("</svg>\n") && drawn(&svg, "feed").len() == 1, "{svg}");
         let said = read(path, "errors.txt");
@@ -279,16 +280,16 @@ fn what_has_not_begun_leaves_nothing() {
         let mut waits = under_way(path, &format!("{line} --plot out.svg"));
         let _input = File::create(path.join("in")).unwrap();
         waits.signal(Signal::TERM);
-        assert_eq!(waits.child.wait().unwrap().code(), Some(130), "{line}");
+        assert_eq!(waits.child.wait_in_time().unwrap().code(), Some(130), "{line}");
         assert!(!is_there("out.svg"));
     }
     // It waits for somebody who reads what it draws.
     let outputs = "--plot out.svg --as gcode out.nc --record out.jsonl --trace out.trace";
     for (line, signal) in [("run endless.txt", Signal::INT), ("ncp run long.ncp", Signal::TERM)] {
         let mut waits = under_way(path, &format!("{line} {outputs} --vcd unread.vcd"));
-        process::until("it begins", || is_there("out.trace"));
+        process::limits::until("it begins", || is_there("out.trace"));
         waits.signal(signal);
-        assert_eq!(waits.child.wait().unwrap().code(), Some(130), "{line}");
+        assert_eq!(waits.child.wait_in_time().unwrap().code(), Some(130), "{line}");
         assert!(!["out.svg", "out.nc", "out.jsonl"].into_iter().any(is_there), "{line}");
         fs::remove_file(path.join("out.trace")).unwrap();
     }
@@ -296,14 +297,15 @@ fn what_has_not_begun_leaves_nothing() {
     // again and again does not wait.
     let line = "run endless.txt --for 10000h --plot out.svg --as gcode out.nc --vcd slow.vcd";
     let mut waits = under_way(path, line);
-    let mut reader = File::open(path.join("slow.vcd")).unwrap();
+    let name = path.join("slow.vcd");
+    let mut reader = in_time("a writer of the pipe", || File::open(name).unwrap());
     reader.read_exact(&mut [0; 10_000]).unwrap();
     assert!(!["out.svg", "out.nc"].into_iter().any(is_there));
-    process::until("it ends", || {
+    process::limits::until("it ends", || {
         waits.signal(Signal::INT);
         waits.child.try_wait().unwrap().is_some()
     });
-    assert_eq!(waits.child.wait().unwrap().code(), Some(130));
+    assert_eq!(waits.child.wait_in_time().unwrap().code(), Some(130));
 }
 
 /// A pipe is open until all is written, so that its reader does not find an end before.
@@ -314,7 +316,7 @@ fn a_picture_goes_into_a_pipe() {
     let mut run =
         under_way(folder.path(), "run examples/commands.txt --machine mill --plot out.svg");
     let svg = read(folder.path(), "out.svg");
-    assert_eq!(run.child.wait().unwrap().code(), Some(0));
+    assert_eq!(run.child.wait_in_time().unwrap().code(), Some(0));
     assert!(svg.ends_with("</svg>\n"), "{svg}");
 }
 
@@ -382,7 +384,7 @@ fn it_is_shown_where_something_can_show_it() {
             folder.path(),
             &["circle", "--radius", "9", "--plot", "a.svg", "--open"],
         );
-        said(command.env("PATH", path).output().unwrap())
+        said(command.env("PATH", path).output_in_time().unwrap())
     };
     let (code, _, err) = open(&bin);
     assert_eq!(code, 0);
@@ -393,6 +395,6 @@ fn it_is_shown_where_something_can_show_it() {
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
     assert_eq!(open(&bin).0, 0);
     let shown = folder.path().join("shown.txt");
-    process::until("the picture is shown", || shown.exists());
+    process::limits::until("the picture is shown", || shown.exists());
     assert_eq!(fs::read_to_string(shown).unwrap(), "a.svg\n");
 }

@@ -8,6 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::limits::InTime;
+
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
 use vimc4::{Clock, Emulator};
@@ -54,7 +59,7 @@ fn sh(folder: &Path, command: &str) -> std::io::Result<std::process::Output> {
     shell.args(["-c", command]).current_dir(folder);
     // The recipes find the program that belongs to this test, and leave nothing behind.
     shell.env("VIMC4", env!("CARGO_BIN_EXE_vimc4")).env("PYTHONDONTWRITEBYTECODE", "1");
-    shell.output()
+    shell.output_in_time()
 }
 
 fn has(command: &str) -> bool {

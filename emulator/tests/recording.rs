@@ -20,7 +20,8 @@ use vimc4_timeline::recording::{Given, Recording, What};
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, run, tcp, vimc4};
+use process::limits::{EndsInTime, InTime, joined, until};
+use process::{Process, VIMC4, ask, connect, rest_of, run, tcp, vimc4};
 
 /// A recording in which an axis runs into its limit switch.
 const LIMIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
@@ -184,9 +185,9 @@ fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
         });
         std::thread::sleep(delay);
         serve.child.kill().unwrap();
-        serve.child.wait().unwrap();
-        let seen = listens.join().unwrap();
-        talks.join().unwrap();
+        serve.child.wait_in_time().unwrap();
+        let seen = joined("the end of the events", listens);
+        joined("the end of the conversation", talks);
         let path = folder.path().join(&file);
         let recording = read(&path);
         let recorded = out(&recording);
@@ -467,6 +468,7 @@ fn a_test_that_fails_leaves_its_recording() {
             emulator.run_until_idle().unwrap();
             assert!(!fails, "as wanted");
         });
+        until("the end of the test", || test.is_finished());
         assert_eq!(test.join().is_err(), fails);
         path
     };
@@ -640,7 +642,7 @@ impl Tap {
     fn end(&mut self) -> String {
         self.process.signal(Signal::INT);
         self.process.ended();
-        self.errors.iter().map(|line| line + "\n").collect()
+        rest_of(&self.errors)
     }
 }
 
@@ -669,7 +671,7 @@ print(heard.hex())
 
 #[test]
 fn what_passes_between_pyserial_and_a_device_is_recorded_as_both_saw_it() {
-    let serial = Command::new("python3").args(["-c", "import serial"]).status();
+    let serial = Command::new("python3").args(["-c", "import serial"]).status_in_time();
     if !serial.is_ok_and(|status| status.success()) {
         assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "python3-serial is missing");
         return;
@@ -682,7 +684,7 @@ fn what_passes_between_pyserial_and_a_device_is_recorded_as_both_saw_it() {
     let client = Command::new("python3")
         .args(["-c", CLIENT, "./machine"])
         .current_dir(folder.path())
-        .output()
+        .output_in_time()
         .unwrap();
     assert!(client.status.success(), "{}", String::from_utf8_lossy(&client.stderr));
     let errors = tap.end();
@@ -897,7 +899,7 @@ fn a_recording_of_before_a_quirk_was_known_is_still_played() {
 /// program does not end.
 fn said_of_endless(folder: &Path, arguments: &[&str], head: &[u8], text: &[u8]) -> (String, i32) {
     let mut child =
-        vimc4(folder, arguments).stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+        vimc4(folder, arguments).stdin(Stdio::piped()).stdout(Stdio::null()).start().unwrap();
     let mut input = child.stdin.take().unwrap();
     // Nobody reads so much.
     let mut left = 200_000_000 / text.len();
@@ -906,7 +908,7 @@ fn said_of_endless(folder: &Path, arguments: &[&str], head: &[u8], text: &[u8]) 
         left -= 1;
     }
     drop(input);
-    let output = child.wait_with_output().unwrap();
+    let output = child.output_in_time().unwrap();
     assert!(left > 0, "all of it was read");
     (String::from_utf8(output.stderr).unwrap(), output.status.code().unwrap())
 }

@@ -8,6 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::limits::{EndsInTime, InTime};
+
 use serde_json::{Value, json};
 
 /// A program of this folder.
@@ -18,7 +23,7 @@ fn program(name: &str) -> PathBuf {
 fn vimc4(file: &Path, arguments: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
     command.arg("run").arg(file).args(arguments.split_whitespace());
-    command.stdin(Stdio::null()).output().unwrap()
+    command.stdin(Stdio::null()).output_in_time().unwrap()
 }
 
 /// Runs a program of this folder: exit code and standard output. Nothing but complaints goes to
@@ -674,14 +679,14 @@ fn a_machine_homes_before_time_counts() {
 fn circles_can_be_piped_into_it() {
     let circle = Command::new(env!("CARGO_BIN_EXE_vimc4"))
         .args(["circle", "--radius", "333", "--from", "20", "--to", "275", "--speed", "2500"])
-        .output()
+        .output_in_time()
         .unwrap();
     assert!(circle.status.success());
     let mut run = Command::new(env!("CARGO_BIN_EXE_vimc4"))
         .args(["run", "-", "--json"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
-        .spawn()
+        .start()
         .unwrap();
     let mut line = run.stdin.take().unwrap();
     line.write_all(b"@03\n").unwrap();
@@ -689,7 +694,7 @@ fn circles_can_be_piped_into_it() {
     line.write_all(&circle.stderr).unwrap();
     line.write_all(&circle.stdout).unwrap();
     drop(line);
-    let value: Value = serde_json::from_slice(&run.wait_with_output().unwrap().stdout).unwrap();
+    let value: Value = serde_json::from_slice(&run.output_in_time().unwrap().stdout).unwrap();
     let at = |radius: f64, angle: f64| {
         (radius * angle.to_radians().cos(), radius * angle.to_radians().sin())
     };
@@ -806,7 +811,7 @@ fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
 fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
     let command = command.args(arguments).current_dir(folder).stdin(Stdio::null());
-    let Output { status, stdout, stderr } = command.output().unwrap();
+    let Output { status, stdout, stderr } = command.output_in_time().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (status.code().unwrap(), text(stdout), text(stderr))
 }

@@ -32,6 +32,7 @@ mod process;
 #[path = "screen/tmux.rs"]
 mod tmux;
 
+use process::limits::InTime;
 use tmux::{Tmux, VIMC4, root};
 
 const MILL: &str = "examples/plate.ncp --machine mill";
@@ -218,7 +219,7 @@ fn who_ends_it_from_outside_gets_the_terminal_back() -> Outcome {
     let tmux = Tmux::start(80, 24);
     tmux.console(MILL);
     let process = tmux.process();
-    let killed = Command::new("kill").arg(process.to_string()).status()?;
+    let killed = Command::new("kill").arg(process.to_string()).status_in_time()?;
     assert!(killed.success());
     let screen = tmux.wait_for("ended 143");
     assert!(!screen.contains(": command"), "{screen}");
@@ -282,7 +283,7 @@ fn a_long_recording_is_read_while_nobody_types() -> Outcome {
     fs::write(&commands, "@01\n".to_owned() + &"@0P\n".repeat(12_000))?;
     let mut run = Command::new(VIMC4);
     run.args(["run", &commands, "--record", &recording]);
-    assert!(run.output()?.status.success());
+    assert!(run.output_in_time()?.status.success());
     // Nobody asks for its end, and it is there.
     tmux.console(&recording);
     tmux.wait("all of it is read", |screen| {
@@ -355,7 +356,7 @@ fn behind_what_an_interrupted_run_says_is_no_progress() -> Outcome {
         tmux.press(&["C-c"]);
         tmux.wait("the end", |screen| screen.contains("ended 130"));
         let mut behind = String::new();
-        process::until("all of it is written down", || {
+        process::limits::until("all of it is written down", || {
             let all = String::from_utf8_lossy(&fs::read(&seen).unwrap_or_default()).into_owned();
             behind = all.split_once(said).map_or(String::new(), |all| all.1.to_owned());
             behind.contains("ended 130")

@@ -4,7 +4,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
 
@@ -17,7 +17,8 @@ mod log;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, VIMC4, ask, connect, root, run, said, tcp, vimc4};
+use process::limits::{EndsInTime, InTime, joined};
+use process::{Process, VIMC4, ask, connect, root, run, said, tcp, terminal, vimc4};
 
 /// `vimc4 serve` with these arguments and no others.
 fn serving(folder: &Path, arguments: &[&str]) -> Process {
@@ -39,9 +40,9 @@ fn it_says_where_it_listens_and_that_it_is_ready() {
     assert_eq!(serve.line(), format!("pty {}", link.display()));
     let tcp = serve.line();
     assert_eq!(serve.line(), "ready");
-    let mut client = TcpStream::connect(tcp.strip_prefix("tcp ").unwrap()).unwrap();
+    let mut client = connect(tcp.strip_prefix("tcp ").unwrap());
     assert_eq!(ask(&mut client, "@07\r", 1), "0");
-    let mut port = fs::OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    let mut port = terminal(&link);
     port.write_all(b"@0P\r").unwrap();
     let mut answer = [0; 19];
     port.read_exact(&mut answer).unwrap();
@@ -57,7 +58,7 @@ struct Left<'a>(&'a Path);
 impl Drop for Left<'_> {
     fn drop(&mut self) {
         let kill = "test ! -e kept/pid || kill $(cat kept/pid)";
-        let _ = Command::new("sh").args(["-c", kill]).current_dir(self.0).status();
+        let _ = Command::new("sh").args(["-c", kill]).current_dir(self.0).status_in_time();
     }
 }
 
@@ -72,7 +73,7 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
         let path = format!("{programs}:{}", std::env::var("PATH").unwrap());
         let mut script = Command::new(root().join("ci").join(name));
         script.arg("kept").args(arguments).env("PATH", path);
-        said(script.current_dir(folder.path()).output().unwrap())
+        said(script.current_dir(folder.path()).output_in_time().unwrap())
     };
     let serve = |options: &str| script("serve.sh", &options.split(' ').collect::<Vec<_>>());
     let finish = || script("finish.sh", &[]);
@@ -104,17 +105,17 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     assert_eq!((code, out.as_str()), (1, ""));
     assert!(errors.contains("there is no model `nothing`"), "{errors}");
     // Another process that has the number is none of its own.
-    let mut other = Command::new("sleep").arg("60").spawn().unwrap();
+    let mut other = Command::new("sleep").arg("60").start().unwrap();
     fs::write(kept("pid"), other.id().to_string()).unwrap();
     let (code, _, errors) = finish();
     assert!(code == 1 && errors.contains("there is no recording in kept"), "{errors}");
     assert!(errors.contains("there is no model `nothing`"), "{errors}");
     assert!(other.try_wait().unwrap().is_none());
     other.kill().unwrap();
-    other.wait().unwrap();
+    other.wait_in_time().unwrap();
     // Without what tells that nobody would know what serves.
     std::os::unix::fs::symlink(root().join("ci/serve.sh"), folder.path().join("alone.sh")).unwrap();
-    let alone = Command::new(folder.path().join("alone.sh")).arg("kept").output().unwrap();
+    let alone = Command::new(folder.path().join("alone.sh")).arg("kept").output_in_time().unwrap();
     let (code, _, errors) = said(alone);
     assert!(code == 1 && errors.contains("serving.sh, which belongs beside"), "{errors}");
 }
@@ -387,7 +388,7 @@ fn a_flash_file_survives_a_killed_process() {
     assert_eq!(ask(&mut client, "@01\r@0i\r", 2), "00");
     assert_eq!(ask(&mut client, "0100,900\r9\r", 2), "00");
     serve.signal(Signal::KILL);
-    serve.child.wait().unwrap();
+    serve.child.wait_in_time().unwrap();
     // The link of the killed one leads nowhere and is replaced.
     let mut serve = serving(folder.path(), &arguments);
     let mut client = connect(tcp(&ready(&serve.line()), 0));
@@ -600,8 +601,8 @@ fn however_often_quit_is_said_what_was_ordered_before_is_answered() {
 /// Waits until the pipe behind standard output takes no more.
 fn fill(serve: &Process) {
     let mut before = 0;
-    process::until("the pipe fills", || {
-        let pipe = serve.output.as_ref().unwrap().get_ref();
+    process::limits::until("the pipe fills", || {
+        let pipe = serve.output.as_ref().unwrap().get_ref().get_ref();
         let now = rustix::io::ioctl_fionread(pipe).unwrap();
         std::thread::sleep(std::time::Duration::from_millis(100));
         now > 60_000 && std::mem::replace(&mut before, now) == now
@@ -629,7 +630,7 @@ fn answers_that_nobody_reads_hold_up_neither_clients_nor_signals() {
         serve.signal(signal);
         assert_eq!(serve.ended().code(), Some(0));
         assert!(!folder.path().join("vimc4.pty").is_symlink());
-        writer.join().unwrap();
+        joined("the end of the orders", writer);
         // What it had said is whole.
         let mut said = String::new();
         serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
@@ -650,7 +651,7 @@ fn who_reads_late_gets_every_answer() {
     let mut said = String::new();
     serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
     assert_eq!(said.lines().filter(|line| *line == "X 0 Y 0 Z 0 A 0").count(), 20_000);
-    writer.join().unwrap();
+    joined("the end of the orders", writer);
     assert_eq!(serve.end(), (Some(0), String::new()));
 }
 
@@ -783,11 +784,7 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
         assert!(!serve.order(order).starts_with("error"), "{order}");
     }
     // Somebody else at the same time.
-    let mut port = fs::OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open(ready["controllers"][0]["pty"].as_str().unwrap())
-        .unwrap();
+    let mut port = terminal(ready["controllers"][0]["pty"].as_str().unwrap());
     assert_eq!(serve.order("power on"), "ok");
     port.write_all(b"@07\r\xFE").unwrap();
     assert_eq!(ask(&mut client, "", 1), "F");

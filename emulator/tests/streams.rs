@@ -5,7 +5,7 @@
 use std::fs::{self, File};
 use std::os::unix::fs::symlink;
 use std::os::unix::process::ExitStatusExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tempfile::TempDir;
@@ -13,6 +13,7 @@ use tempfile::TempDir;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::{InTime, Timed, in_time};
 use process::{Process, VIMC4, said, shell};
 use rustix::process::Signal;
 
@@ -46,7 +47,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 fn pipe(folder: &Path, name: &str) {
-    assert!(Command::new("mkfifo").arg(folder.join(name)).status().unwrap().success());
+    assert!(Command::new("mkfifo").arg(folder.join(name)).status_in_time().unwrap().success());
 }
 
 /// Where standard output leads to a file, what else is written there stays, however its name is written.
@@ -230,12 +231,10 @@ fn several_controllers_share_no_stream() {
     assert!(!Path::new("/dev/null-1").exists());
 }
 
-/// Who starts tests in the background of a script has Ctrl-C ignored, and hands that down.
-fn is_interrupt_ignored() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
-    mask & (1 << (Signal::INT.as_raw() - 1)) != 0
+/// Opens a named pipe for reading, which waits for a writer.
+fn reader_of(name: PathBuf) -> Timed<File> {
+    let text = name.display().to_string();
+    Timed::new(text, in_time("a writer of the pipe", || File::open(name).unwrap()))
 }
 
 /// Whoever waits in vain for a reader ends it at the first request.
@@ -255,7 +254,7 @@ fn what_waits_for_a_reader_ends_when_it_is_asked() {
         for signal in [Signal::INT, Signal::TERM] {
             let mut command = process::vimc4(path, &line.split(' ').collect::<Vec<_>>());
             let mut waits = Process::start(&mut command);
-            let reader = File::open(path.join("read")).unwrap();
+            let reader = reader_of(path.join("read"));
             waits.signal(signal);
             assert_eq!(waits.ended().code(), Some(expected), "{line}");
             drop(reader);
@@ -264,17 +263,18 @@ fn what_waits_for_a_reader_ends_when_it_is_asked() {
     // And whoever waits for commands.
     let mut command = process::vimc4(path, &["console", "--script", "unread"]);
     let mut waits = Process::start(&mut command);
-    let writer = File::options().write(true).open(path.join("unread")).unwrap();
-    let signal = if is_interrupt_ignored() { Signal::TERM } else { Signal::INT };
-    waits.signal(signal);
-    assert_eq!(waits.ended().signal(), Some(signal.as_raw()));
+    let name = path.join("unread");
+    let writer =
+        in_time("a reader of the pipe", || File::options().write(true).open(name).unwrap());
+    waits.signal(Signal::INT);
+    assert_eq!(waits.ended().signal(), Some(Signal::INT.as_raw()));
     drop(writer);
     // Its end is that of its input, so that the pipe is what it waits for.
     let mut command = process::vimc4(path, &["run", "-", "--plot", "unread.svg"]);
     let mut waits = Process::start(&mut command);
     waits.give("@07\n");
     drop(waits.input.take());
-    let reader = File::open(path.join("unread.svg")).unwrap();
+    let reader = reader_of(path.join("unread.svg"));
     assert!(std::io::read_to_string(reader).unwrap().ends_with("</svg>\n"));
     assert_eq!(waits.ended().code(), Some(0));
 }

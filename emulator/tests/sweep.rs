@@ -12,7 +12,8 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{Process, run, until, vimc4};
+use process::limits::{InTime, until};
+use process::{Process, run, vimc4};
 
 /// A recording in which an axis runs into its limit switch.
 const LIMIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
@@ -118,7 +119,7 @@ fn a_sweep_that_was_killed_goes_on_where_it_was() {
     assert_eq!(code, 0);
     let results = "killed/results-1-of-1.jsonl";
     let mut killed = Process::of(
-        vimc4(folder.path(), &[&arguments[..], &["--out", "killed"]].concat()).spawn().unwrap(),
+        vimc4(folder.path(), &[&arguments[..], &["--out", "killed"]].concat()).start().unwrap(),
     );
     until("nothing is found", || lines(folder.path(), results) > 10);
     killed.signal(Signal::KILL);
@@ -220,7 +221,7 @@ fn nothing_is_left_of_a_sweep_that_was_killed() {
     let host = "echo $$ >> pids; exec 3<>\"$VIMC4_PORT\"; printf '@07\\r' >&3; [ \"$VIMC4_POINT\" = 'without a fault' ] || exec sleep 3000";
     let arguments = ["sweep", "--only", "dropped", "--limit", "1h", "--jobs", "2"];
     let arguments = [&arguments[..], &["--", "sh", "-c", host]].concat();
-    let mut sweep = Process::of(vimc4(folder.path(), &arguments).spawn().unwrap());
+    let mut sweep = Process::of(vimc4(folder.path(), &arguments).start().unwrap());
     until("no host runs", || lines(folder.path(), "pids") >= 4);
     sweep.signal(Signal::KILL);
     sweep.ended();
@@ -286,7 +287,7 @@ fn two_sweeps_do_not_write_into_one_folder() {
     let host = "exec 3<>\"$VIMC4_PORT\"; printf '@07\\r' >&3; [ \"$VIMC4_POINT\" = 'without a fault' ] || exec sleep 3000";
     let arguments = ["sweep", "--only", "dropped", "--limit", "1h", "--resume"];
     let arguments = [&arguments[..], &["--", "sh", "-c", host]].concat();
-    let mut sweep = Process::of(vimc4(folder.path(), &arguments).spawn().unwrap());
+    let mut sweep = Process::of(vimc4(folder.path(), &arguments).start().unwrap());
     let results = "sweep-results/results-1-of-1.jsonl";
     until("nothing is written", || lines(folder.path(), results) > 0);
     let (code, _, errors) = run(folder.path(), &arguments);

@@ -17,6 +17,7 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
+use process::limits::InTime;
 use process::{Process, ask, connect, root, run, shell, shown, tcp};
 
 const MANUAL: &str = include_str!("../../docs/waves.md");
@@ -236,8 +237,9 @@ fn an_interrupted_run_leaves_whole_files() {
     let mut command = process::vimc4(folder.path(), &["run", "endless.txt", "--machine", "mill"]);
     let mut run = Process::start(command.args(outputs));
     let size = |name: &str| fs::metadata(path(name)).map_or(0, |file| file.len());
-    process::until("it draws", || size("out.vcd") > 1_000_000);
-    let interrupted = Command::new("kill").args(["-INT", &run.child.id().to_string()]).status();
+    process::limits::until("it draws", || size("out.vcd") > 1_000_000);
+    let interrupted =
+        Command::new("kill").args(["-INT", &run.child.id().to_string()]).status_in_time();
     assert!(interrupted.unwrap().success());
     assert_eq!(run.end().0, Some(130));
     let text = fs::read_to_string(path("out.vcd")).unwrap();
@@ -251,7 +253,7 @@ fn an_interrupted_run_leaves_whole_files() {
     // What is compressed has the same, if there is a reader.
     let mut other = Command::new("fst2vcd");
     if let Ok(status) =
-        other.args(["out.fst", "-o", "other.vcd"]).current_dir(folder.path()).status()
+        other.args(["out.fst", "-o", "other.vcd"]).current_dir(folder.path()).status_in_time()
     {
         assert!(status.success());
         assert_eq!(rises(&read(&path("other.vcd")), "imc4.x.step").len(), steps);
@@ -270,7 +272,7 @@ fn fst2vcd_reads_the_same() {
         assert_eq!(run(folder.path(), &[arguments, &outputs].concat()).0, 0);
         let mut other = Command::new("fst2vcd");
         let other = other.args(["out.fst", "-o", "other.vcd"]).current_dir(folder.path());
-        assert!(other.status().unwrap().success());
+        assert!(other.status_in_time().unwrap().success());
         let [ours, theirs] = ["out.vcd", "other.vcd"].map(|name| read(&folder.path().join(name)));
         assert_eq!(ours.len(), theirs.len());
         for (name, changes) in ours {
@@ -303,7 +305,7 @@ fn main() -> ExitCode {
         })
     };
     // It says how it is used, and ends.
-    let gtkwave = Command::new("fst2vcd").arg("--help").output().is_ok();
+    let gtkwave = Command::new("fst2vcd").arg("--help").output_in_time().is_ok();
     let name = "fst2vcd reads the same";
     let name = if gtkwave { name.to_owned() } else { format!("{name} (needs gtkwave)") };
     let trials = vec![

@@ -41,7 +41,7 @@ def test_types_are_right(root):
     folder = root / "python"
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--config-file", str(folder / "pyproject.toml")],
-        cwd=folder, capture_output=True, text=True,
+        cwd=folder, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
 
@@ -50,7 +50,7 @@ def test_stubs_say_what_there_is(tmp_path):
     # What is installed is looked at, not what it was made from.
     done = subprocess.run(
         [sys.executable, "-m", "mypy.stubtest", "vimc4._vimc4"],
-        cwd=tmp_path, capture_output=True, text=True,
+        cwd=tmp_path, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
 
@@ -68,7 +68,7 @@ def test_mistakes_are_found_by_a_type_checker(tmp_path):
     )
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), str(program)],
-        cwd=tmp_path, capture_output=True, text=True,
+        cwd=tmp_path, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     wrong = [line for line in done.stdout.splitlines() if ": error:" in line]
     assert [int(line.split(":")[1]) for line in wrong] == [2, 3, 4, 5, 7], done.stdout
@@ -204,7 +204,7 @@ def test_ctrl_c_ends_any_waiting(waits):
         assert started.returncode == 0
     finally:
         started.kill()
-        started.wait()
+        started.wait(timeout=60)
         started.stdout.close()
 
 

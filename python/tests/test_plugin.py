@@ -271,8 +271,10 @@ def test_nothing_is_left_of_what_is_killed(pytester, by):
         stdout=subprocess.DEVNULL,
     )
     try:
+        begun = time.monotonic()
         while not where.exists():
             assert started.poll() is None
+            assert time.monotonic() - begun < 60, f"waited 60 s for {where}"
             time.sleep(0.01)
         pty, host, port = json.loads(where.read_text())
         socket.create_connection((host, port)).close()
@@ -283,10 +285,10 @@ def test_nothing_is_left_of_what_is_killed(pytester, by):
         terminal.register(end, 0)
         assert terminal.poll(0) == []
         started.send_signal(by)
-        started.wait()
+        started.wait(timeout=60)
     finally:
         started.kill()
-        started.wait()
+        started.wait(timeout=60)
     assert processes(marker) == set()
     # Its name may belong to somebody else by now.
     assert terminal.poll(0)[0][1] & select.POLLHUP
@@ -297,7 +299,7 @@ def test_nothing_is_left_of_what_is_killed(pytester, by):
     # one takes its place.
     assert not link.exists()
     again = f"import vimc4; vimc4.Emulator(pty={str(link)!r}).close()"
-    subprocess.run([sys.executable, "-c", again], check=True)
+    subprocess.run([sys.executable, "-c", again], check=True, timeout=60)
     assert not os.path.lexists(link)
 
 

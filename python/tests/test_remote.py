@@ -32,7 +32,7 @@ def serve(root, tmp_path):
     yield start
     for serve in started:
         serve.kill()
-        serve.communicate()
+        serve.communicate(timeout=60)
 
 
 @pytest.fixture

@@ -273,7 +273,7 @@ def test_drivers_of_one_name_are_told_apart_by_what_they_carry(make, says):
 def test_a_driver_has_one_name_in_every_process():
     told = {
         subprocess.run(
-            [sys.executable, "-c", NAMES], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True
+            [sys.executable, "-c", NAMES], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True, timeout=60
         ).stdout
         for seed in ("1", "2")
     }

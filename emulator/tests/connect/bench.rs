@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use vimc4::{Emulator, Snapshot};
 
+use super::process::limits::{EndsInTime, InTime};
 use super::{GUIDE, Outcome};
 
 /// What every client prints that has set the axes, moved 20,000 steps, stopped in between with
@@ -171,7 +172,7 @@ impl Bench {
     pub(crate) fn run(&self, command: &mut Command) -> Result<Ended, Box<dyn std::error::Error>> {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program =
-            Program(command.spawn().map_err(|error| format!("{command:?}: {error}"))?);
+            Program(command.start().map_err(|error| format!("{command:?}: {error}"))?);
         let printed = collect(program.0.stdout.take());
         let said = collect(program.0.stderr.take());
         let began = Instant::now();
@@ -226,7 +227,7 @@ struct Program(Child);
 impl Drop for Program {
     fn drop(&mut self) {
         let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.0.wait_in_time();
     }
 }
 
@@ -278,7 +279,7 @@ impl Typed {
     pub(crate) fn at(command: &mut Command) -> Result<Typed, Box<dyn std::error::Error>> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut program =
-            Program(command.spawn().map_err(|error| format!("{command:?}: {error}"))?);
+            Program(command.start().map_err(|error| format!("{command:?}: {error}"))?);
         let keys = program.0.stdin.take().ok_or("no input")?;
         let shown = collect(program.0.stdout.take());
         Ok(Typed { keys, shown, program })
@@ -348,7 +349,7 @@ impl Typed {
 pub(crate) fn has(command: &str) -> bool {
     let mut shell = Command::new("sh");
     shell.args(["-c", command]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    shell.status().is_ok_and(|status| status.success())
+    shell.status_in_time().is_ok_and(|status| status.success())
 }
 
 /// Writes a file into the folder.

@@ -7,6 +7,9 @@
 #![cfg(unix)]
 
 mod bench;
+#[expect(dead_code, reason = "each test uses its part of it")]
+#[path = "../process/mod.rs"]
+mod process;
 mod programs;
 
 use std::process::ExitCode;

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use super::Outcome;
 use super::bench::{Bench, CONVERSATION, Ended, Typed, Way, has, has_lines, source, until, write};
+use super::process::limits::InTime;
 
 /// What a cell says, and how it is known.
 #[derive(Clone, Copy)]
@@ -516,7 +517,7 @@ fn screen(way: Way) -> Outcome {
     let tell = |order: &[&str]| {
         let mut screen = bench.command("screen");
         screen.args(["-S", "vimc4", "-p0", "-X"]).args(order).env("SCREENDIR", &sockets);
-        screen.output().is_ok_and(|output| output.status.success())
+        screen.output_in_time().is_ok_and(|output| output.status.success())
     };
     until("screen is there", || tell(&["stuff", "@01\r"]))?;
     let copy = bench.folder().join("copy");
@@ -647,7 +648,7 @@ struct Wine<'b>(&'b Bench);
 
 impl Drop for Wine<'_> {
     fn drop(&mut self) {
-        let _ = self.with(self.0.shell("wineserver -k")).status();
+        let _ = self.with(self.0.shell("wineserver -k")).status_in_time();
     }
 }
 

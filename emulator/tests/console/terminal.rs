@@ -10,7 +10,8 @@ use std::thread;
 
 use rustix::fs::OFlags;
 
-use super::process::{LIMIT, pseudo_terminal};
+use super::process::limits::{EndsInTime, InTime, LIMIT};
+use super::process::pseudo_terminal;
 
 pub(super) struct Terminal {
     child: Child,
@@ -48,7 +49,7 @@ impl Terminal {
             .stdin(Stdio::from(open()))
             .stdout(Stdio::from(open()))
             .stderr(Stdio::from(open()))
-            .spawn()
+            .start()
             .unwrap();
         let screen = File::from(screen);
         let mut reader = screen.try_clone().unwrap();
@@ -86,7 +87,7 @@ impl Terminal {
                 return place;
             }
             let Ok(more) = self.said.recv_timeout(LIMIT) else {
-                panic!("{text:?} does not come; what came is {:?}", self.seen)
+                panic!("waited {} s for {text:?}; what came is {:?}", LIMIT.as_secs(), self.seen)
             };
             self.seen.push_str(&String::from_utf8_lossy(&more));
         }
@@ -94,13 +95,13 @@ impl Terminal {
 
     /// Waits for the end and returns the exit code.
     pub(super) fn end(mut self) -> i32 {
-        self.child.wait().unwrap().code().unwrap()
+        self.child.wait_in_time().unwrap().code().unwrap()
     }
 }
 
 impl Drop for Terminal {
     fn drop(&mut self) {
         let _ = self.child.kill();
-        let _ = self.child.wait();
+        let _ = self.child.wait_in_time();
     }
 }

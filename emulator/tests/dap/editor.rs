@@ -8,7 +8,8 @@ use std::thread;
 
 use serde_json::{Value, json};
 
-use crate::process::{LIMIT, Process, VIMC4, connect, framed, read_message};
+use crate::process::limits::LIMIT;
+use crate::process::{Process, VIMC4, connect, framed, read_message};
 
 /// An editor with its debug adapter.
 pub(crate) struct Editor {

@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 
 use crate::drilling;
 use crate::editor::Editor;
-use crate::process::{LIMIT, Process, VIMC4, connect, tcp};
+use crate::process::limits::{InTime, LIMIT};
+use crate::process::{Process, VIMC4, connect, tcp};
 
 fn behind_a_port() -> Value {
     json!({ "serve": true, "pty": "none", "tcp": "127.0.0.1:0", "machine": "mill", "time": "8x" })
@@ -335,7 +336,7 @@ fn what_cannot_be_behind_ports_is_refused() {
     }
     let serve = Command::new(VIMC4)
         .args(["serve", "--dap", "0", "--time", "manual", "--pty", "none", "--tcp", "none"])
-        .output()
+        .output_in_time()
         .unwrap();
     assert_eq!(serve.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&serve.stderr).contains("moved by hand"));

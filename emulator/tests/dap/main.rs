@@ -26,6 +26,7 @@ mod live;
 mod process;
 
 use editor::{Editor, text};
+use process::limits::InTime;
 use process::{Process, VIMC4, connect, framed, read_message};
 
 fn example(name: &str) -> String {
@@ -186,7 +187,7 @@ fn what_is_done_takes_as_long_as_in_a_run() {
         let program = example(name);
         let run = Command::new(VIMC4)
             .args(["run", &program, "--model", model, "--machine", machine, "--json"])
-            .output()
+            .output_in_time()
             .unwrap();
         let run: Value = serde_json::from_slice(&run.stdout).unwrap();
         let mut editor = Editor::new();
@@ -265,8 +266,10 @@ fn a_statement_of_a_plot_is_a_command() {
 fn a_plot_without_answers_takes_as_long_as_in_a_run() {
     let lines: String = (1..=60).map(|n| format!("PA{},{};", n * 40, n % 7 * 30)).collect();
     let (_folder, program) = file(&format!("!CM0;PU;\n{lines}\n"));
-    let run =
-        Command::new(VIMC4).args(["run", &program, "--model", "smcu", "--json"]).output().unwrap();
+    let run = Command::new(VIMC4)
+        .args(["run", &program, "--model", "smcu", "--json"])
+        .output_in_time()
+        .unwrap();
     let run: Value = serde_json::from_slice(&run.stdout).unwrap();
     let mut editor = Editor::at_entry(json!({ "program": program, "model": "smcu" }));
     let begin: u64 = editor.value("at").parse().unwrap();
@@ -1165,7 +1168,7 @@ fn waits_that_follow_each_other_all_stop_both_ways() {
 fn what_is_read_while_a_client_talks_is_a_file() {
     let (folder, program) = file("@07\r");
     let pipe = folder.path().join("pipe").to_str().unwrap().to_owned();
-    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status_in_time().unwrap().success());
     for wrong in [pipe.as_str(), "/dev/stdin", "-"] {
         let mut editor = Editor::new();
         for (request, about) in [
@@ -1447,7 +1450,7 @@ fn recordings_are_debugged() {
     let recording = recording.to_str().unwrap();
     let run = Command::new(VIMC4)
         .args(["run", &example("commands.txt"), "--machine", "mill", "--record", recording])
-        .output()
+        .output_in_time()
         .unwrap();
     assert!(run.status.success());
     let mut editor = Editor::new();
@@ -1491,7 +1494,7 @@ fn a_long_recording_is_read_on_while_nothing_is_asked() {
     let recording = folder.path().join("long.jsonl");
     let mut run = Command::new(VIMC4);
     run.arg("run").arg(&commands).arg("--record").arg(&recording);
-    assert!(run.output().unwrap().status.success());
+    assert!(run.output_in_time().unwrap().status.success());
     let mut editor = Editor::new();
     editor.ask("attach", json!({ "recording": recording, "stopOnEntry": true }));
     editor.ask("configurationDone", json!({}));

@@ -6,20 +6,19 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 use vimc4::{Clock, Emulator};
 
+use crate::process::limits::{EndsInTime, InTime, Timed, joined, until};
+
 type Outcome = Result<(), Failed>;
 
 /// With this the test binary is itself a host program.
 const CLIENT: &str = "VIMC4_LINES_CLIENT";
-
-/// No test takes as long as this; a program that hangs is ended.
-const LIMIT: Duration = Duration::from_secs(180);
 
 /// A folder with a terminal in it, behind which a controller answers.
 struct Bench {
@@ -70,41 +69,9 @@ fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/lines").join(name)
 }
 
-/// Runs it to its end; who does not come to one is killed, and the test has failed.
+/// Runs it to its end.
 fn output(command: &mut Command) -> Result<Output, Failed> {
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn()?;
-    let (mut out, mut err) = (child.stdout.take(), child.stderr.take());
-    let read = |pipe: Option<Box<dyn Read + Send>>| {
-        thread::spawn(move || {
-            let mut bytes = Vec::new();
-            pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
-            bytes
-        })
-    };
-    let stdout = read(out.take().map(|pipe| Box::new(pipe) as Box<dyn Read + Send>));
-    let stderr = read(err.take().map(|pipe| Box::new(pipe) as Box<dyn Read + Send>));
-    let status = ended(&mut child).map_err(|failed| {
-        let said = failed.message().unwrap_or_default();
-        format!("{command:?}: {said}")
-    })?;
-    let text = |thread: thread::JoinHandle<Vec<u8>>| thread.join().unwrap_or_default();
-    Ok(Output { status, stdout: text(stdout), stderr: text(stderr) })
-}
-
-/// How a child has ended, if it ends.
-fn ended(child: &mut Child) -> Result<std::process::ExitStatus, Failed> {
-    let began = Instant::now();
-    loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok(status);
-        }
-        if began.elapsed() > LIMIT {
-            child.kill()?;
-            return Err("it hangs".into());
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
+    command.output_in_time().map_err(|error| format!("{command:?}: {error}").into())
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -267,12 +234,13 @@ of those who wait killed: 200
 fn parked(
     bench: &Bench,
     what: &str,
-) -> Result<(Child, BufReader<std::process::ChildStdout>), Failed> {
+) -> Result<(Child, BufReader<Timed<std::process::ChildStdout>>), Failed> {
     let program = bench.made("wait", &[])?;
     let mut command = bench.lines(&[]);
     command.arg(program).arg(what).arg(bench.link());
-    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
-    let mut said = BufReader::new(child.stdout.take().ok_or("no output")?);
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).start()?;
+    let said = Timed::new("standard output", child.stdout.take().ok_or("no output")?);
+    let mut said = BufReader::new(said);
     let mut line = String::new();
     said.read_line(&mut line)?;
     same("said", line.as_str(), "waiting\n")?;
@@ -289,37 +257,25 @@ fn rest(mut said: impl Read) -> Result<String, Failed> {
 
 fn nobody_hangs() -> Outcome {
     // The program is ended; the signal is sent to us and passed on.
-    let ignored = ignored()?;
     for signal in [Signal::TERM, Signal::INT, Signal::HUP, Signal::USR1] {
-        // Who starts tests in the background of a script has Ctrl-C ignored, and hands that down.
-        if ignored & 1 << (signal.as_raw() - 1) != 0 {
-            continue;
-        }
         let bench = Bench::new()?;
         let (mut child, said) = parked(&bench, "parked")?;
         kill_process(Pid::from_child(&child), signal)?;
-        same("ended", ended(&mut child)?.signal(), Some(signal.as_raw()))?;
+        same("ended", child.wait_in_time()?.signal(), Some(signal.as_raw()))?;
         same("said", rest(said)?.as_str(), "")?;
     }
     // The supervisor is killed: its program learns that nobody answers any more.
     let bench = Bench::new()?;
     let (mut child, said) = parked(&bench, "park")?;
     child.kill()?;
-    same("ended", ended(&mut child)?.signal(), Some(9))?;
+    same("ended", child.wait_in_time()?.signal(), Some(9))?;
     same("said", rest(said)?.as_str(), "Function not implemented, signals 0\n")?;
     // The terminal goes.
     let mut bench = Bench::new()?;
     let (mut child, said) = parked(&bench, "park")?;
     bench.emulator = None;
-    same("ended", ended(&mut child)?.code(), Some(0))?;
+    same("ended", child.wait_in_time()?.code(), Some(0))?;
     same("said", rest(said)?.as_str(), "Input/output error, signals 0\n")
-}
-
-/// The signals that this process ignores, and with it all that it starts: the lowest bit is number 1.
-fn ignored() -> Result<u64, Failed> {
-    let status = fs::read_to_string("/proc/self/status")?;
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    Ok(u64::from_str_radix(mask.ok_or("the system does not say what is ignored")?.trim(), 16)?)
 }
 
 fn exit_codes() -> Outcome {
@@ -380,18 +336,15 @@ fn the_link_leads_elsewhere() -> Outcome {
     );
     let mut command = bench.lines(&["--lines", "loop"]);
     command.args(["sh", "-c", &script]).stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut child = command.spawn()?;
-    let began = Instant::now();
-    while !bench.path("first").exists() && began.elapsed() < LIMIT {
-        thread::sleep(Duration::from_millis(5));
-    }
+    let mut child = command.start()?;
+    until("the first conversation", || bench.path("first").exists());
     // Another terminal takes the number of the old one.
     bench.emulator = None;
     let _other = Emulator::builder().pty(true).start()?;
     bench.serve()?;
     fs::write(bench.path("again"), "")?;
-    let said = rest(child.stdout.take().ok_or("no output")?)?;
-    same("ended", ended(&mut child)?.code(), Some(0))?;
+    let said = rest(Timed::new("standard output", child.stdout.take().ok_or("no output")?))?;
+    same("ended", child.wait_in_time()?.code(), Some(0))?;
     // The settings of the port are those of the name, and stay.
     let second = said.strip_prefix(ANSWERS).ok_or("the first conversation is wrong")?;
     same("second", second.lines().next(), ANSWERS.lines().next())
@@ -446,7 +399,7 @@ fn filling_client(link: &str, heeds: bool) -> serialport::Result<()> {
         port.write_all(b"PR10,0;")?;
     }
     port.write_request_to_send(false)?;
-    println!("held back {held_back}, answered {}", answers.join().unwrap_or_default());
+    println!("held back {held_back}, answered {}", joined("the end of the answers", answers));
     Ok(())
 }
 
@@ -464,7 +417,7 @@ fn jobs() -> Outcome {
 fn has(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    command.status_in_time().is_ok_and(|status| status.success())
 }
 
 /// Whether programs of this kind can be made.
@@ -474,7 +427,7 @@ fn makes(options: &[&str]) -> bool {
     let mut cc = Command::new("cc");
     cc.args(options).arg("-o").arg(program).arg(&source).stderr(Stdio::null());
     fs::write(&source, "#include <stdio.h>\nint main(void) { return puts(\"\") < 0; }\n").is_ok()
-        && cc.status().is_ok_and(|status| status.success())
+        && cc.status_in_time().is_ok_and(|status| status.success())
 }
 
 pub(super) fn main() -> ExitCode {

@@ -8,6 +8,10 @@
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod linux;
 
+#[expect(dead_code, reason = "each test uses its part of it")]
+#[path = "../process/mod.rs"]
+mod process;
+
 #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 fn main() -> std::process::ExitCode {
     linux::main()
@@ -15,8 +19,10 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
 fn main() {
-    let output =
-        std::process::Command::new(env!("CARGO_BIN_EXE_vimc4")).args(["lines", "x"]).output();
+    use process::limits::InTime as _;
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_vimc4"))
+        .args(["lines", "x"])
+        .output_in_time();
     let output = output.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("on Linux"));

@@ -1,19 +1,26 @@
 //! The program as a process of its own: started, talked to, waited for, and gone with its test.
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Cursor, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-pub(crate) const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+pub(crate) mod limits;
 
-/// How long anything may take before it counts as hanging, however slow the computer is.
-pub(crate) const LIMIT: Duration = Duration::from_secs(60);
+use limits::{InTime, LIMIT, Timed, end_of, joined};
+
+pub(crate) const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
 /// The folder of the project.
 pub(crate) fn root() -> PathBuf {
@@ -30,7 +37,7 @@ pub(crate) fn vimc4(folder: &Path, arguments: &[&str]) -> Command {
 
 /// Runs `vimc4` to its end: exit code, standard output, standard error.
 pub(crate) fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    said(vimc4(folder, arguments).output().unwrap())
+    said(vimc4(folder, arguments).output_in_time().unwrap())
 }
 
 /// The exit code of a run, its standard output and its standard error.
@@ -51,16 +58,12 @@ pub(crate) fn shown(page: &str) -> Vec<(&str, &str)> {
 /// Runs a command line in a folder, where `vimc4` is in `bin`.
 pub(crate) fn shell(folder: &Path, line: &str) -> Output {
     let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
-    Command::new("sh").args(["-c", line]).current_dir(folder).env("PATH", &path).output().unwrap()
-}
-
-/// Waits until this holds.
-pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) {
-    let begun = Instant::now();
-    while !holds() {
-        assert!(begun.elapsed() < LIMIT, "{what}");
-        thread::sleep(Duration::from_millis(2));
-    }
+    Command::new("sh")
+        .args(["-c", line])
+        .current_dir(folder)
+        .env("PATH", &path)
+        .output_in_time()
+        .unwrap()
 }
 
 /// A line that is never silent: it says `0` every few milliseconds to one client after the other.
@@ -98,7 +101,7 @@ impl Chatter {
 
     /// Waits until the next client has come.
     pub(crate) fn comes(&self) {
-        self.came.recv_timeout(LIMIT).unwrap();
+        self.came.recv_timeout(LIMIT).expect("a client of the line");
     }
 
     /// Nothing wrong is found by a client. Where the computer had no time for the line, the client may
@@ -108,7 +111,7 @@ impl Chatter {
         let mut is_fine = || {
             while self.came.try_recv().is_ok() {}
             let outcome = found(&self.address);
-            let pause = self.pauses.recv_timeout(LIMIT).unwrap();
+            let pause = self.pauses.recv_timeout(LIMIT).expect("the client of the line goes");
             outcome.inspect_err(|wrong| assert!(pause > SILENCE, "{wrong}")).is_ok()
         };
         let tried = (0..20).any(|_| is_fine());
@@ -123,6 +126,17 @@ pub(crate) fn connect(address: &str) -> TcpStream {
     // Otherwise the system keeps back short messages that nothing answers.
     stream.set_nodelay(true).unwrap();
     stream
+}
+
+/// A client of a pseudo-terminal.
+#[cfg(unix)]
+pub(crate) fn terminal(path: impl AsRef<Path>) -> Timed<std::fs::File> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let path = path.as_ref();
+    // The test has no terminal after `setsid`, and would get this one, and SIGHUP when it closes.
+    let flags = i32::try_from(rustix::fs::OFlags::NOCTTY.bits()).unwrap();
+    let file = std::fs::File::options().read(true).write(true).custom_flags(flags).open(path);
+    Timed::new(path.display().to_string(), file.unwrap())
 }
 
 /// Sends this and returns so many bytes of what comes back.
@@ -141,21 +155,22 @@ pub(crate) fn tcp(ready: &Value, number: usize) -> &str {
 /// A process that does not outlive its test.
 pub(crate) struct Process {
     pub(crate) child: Child,
-    pub(crate) input: Option<ChildStdin>,
+    pub(crate) input: Option<Timed<ChildStdin>>,
     /// Taken by whatever reads it to its end.
-    pub(crate) output: Option<BufReader<ChildStdout>>,
+    pub(crate) output: Option<BufReader<Timed<ChildStdout>>>,
 }
 
 impl Process {
     /// Starts it with pipes for standard input and output.
     pub(crate) fn start(command: &mut Command) -> Process {
-        Process::of(command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap())
+        Process::of(command.stdin(Stdio::piped()).stdout(Stdio::piped()).start().unwrap())
     }
 
     /// A process with whatever pipes it has.
     pub(crate) fn of(mut child: Child) -> Process {
-        let input = child.stdin.take();
-        let output = child.stdout.take().map(BufReader::new);
+        let input = child.stdin.take().map(|pipe| Timed::new("standard input", pipe));
+        let output = child.stdout.take().map(|pipe| Timed::new("standard output", pipe));
+        let output = output.map(BufReader::new);
         Process { child, input, output }
     }
 
@@ -203,7 +218,9 @@ impl Process {
 
     /// The messages of an editor's protocol that come on its standard output.
     pub(crate) fn messages(&mut self) -> Receiver<Value> {
-        let mut output = self.output.take().unwrap();
+        let output = self.output.take().unwrap();
+        let begun = Cursor::new(output.buffer().to_vec());
+        let mut output = BufReader::new(begun.chain(output.into_inner().into_inner()));
         let (said, messages) = channel();
         thread::spawn(move || {
             while let Some(message) = read_message(&mut output) {
@@ -217,19 +234,14 @@ impl Process {
 
     /// Waits for its end.
     pub(crate) fn ended(&mut self) -> ExitStatus {
-        let mut status = None;
-        until("it hangs", || {
-            status = self.child.try_wait().unwrap();
-            status.is_some()
-        });
-        status.unwrap()
+        end_of(&mut self.child, LIMIT).unwrap()
     }
 
     /// Waits for its end: the exit code, and what else it said on standard error.
     pub(crate) fn end(&mut self) -> (Option<i32>, String) {
         let lines = self.errors();
         let code = self.ended().code();
-        (code, lines.iter().map(|line| line + "\n").collect())
+        (code, rest_of(&lines))
     }
 
     /// The same without more input, and with what else it said on standard output in the middle.
@@ -241,7 +253,7 @@ impl Process {
             output.read_to_string(&mut text).map(|_| text).unwrap()
         });
         let (code, errors) = self.end();
-        (code, text.join().unwrap(), errors)
+        (code, joined("the end of standard output", text), errors)
     }
 }
 
@@ -250,7 +262,22 @@ impl Drop for Process {
         // What ends with its input may tidy up.
         drop(self.input.take());
         let _ = self.child.kill();
-        let _ = self.child.wait();
+        let _ = end_of(&mut self.child, LIMIT);
+    }
+}
+
+/// The rest of the lines until the program closes its standard error.
+#[track_caller]
+pub(crate) fn rest_of(lines: &Receiver<String>) -> String {
+    let mut rest = String::new();
+    loop {
+        match lines.recv_timeout(LIMIT) {
+            Ok(line) => rest += &(line + "\n"),
+            Err(RecvTimeoutError::Disconnected) => return rest,
+            Err(RecvTimeoutError::Timeout) => {
+                panic!("waited for the end of standard error: {rest}")
+            }
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use vimc4_debug::{Debugger, Depth, Feed, Options, Piece, Trigger, Unit, Way, uni
 use vimc4_device::Input;
 
 use crate::editor::Editor;
+use crate::process::limits::{EndsInTime, InTime};
 use crate::process::vimc4;
 use crate::tmux::{Tmux, root};
 
@@ -78,9 +79,9 @@ fn by_script() -> Result<States, Failed> {
          press estop\ncontinue\n{keep}goto stop\n{keep}"
     );
     let arguments = ["console", LIST, "--machine", "mill", "--script", "-"];
-    let mut child = vimc4(&root(), &arguments).stdin(Stdio::piped()).spawn()?;
+    let mut child = vimc4(&root(), &arguments).stdin(Stdio::piped()).start()?;
     child.stdin.take().unwrap().write_all(script.as_bytes())?;
-    let output = child.wait_with_output()?;
+    let output = child.output_in_time()?;
     let out = String::from_utf8(output.stdout)?;
     assert!(output.status.success(), "{out}{}", String::from_utf8_lossy(&output.stderr));
     let states = out.split("> digest\n").skip(1);

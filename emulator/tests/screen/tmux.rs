@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use crate::process::limits::InTime;
+
 pub(crate) const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
 /// Nothing takes so long.
@@ -60,7 +62,7 @@ impl Tmux {
             .env_remove("TMUX")
             .env_remove("NO_COLOR")
             .env("LC_ALL", "C.UTF-8")
-            .output()
+            .output_in_time()
             .unwrap();
         assert!(
             output.status.success(),
@@ -120,7 +122,7 @@ impl Tmux {
     pub(crate) fn process(&self) -> u32 {
         let shell = self.run(&["display-message", "-p", "-t", "t", "#{pane_pid}"]);
         let shell = String::from_utf8(shell.stdout).unwrap().trim().to_owned();
-        let children = Command::new("pgrep").args(["-P", &shell]).output().unwrap();
+        let children = Command::new("pgrep").args(["-P", &shell]).output_in_time().unwrap();
         String::from_utf8(children.stdout).unwrap().trim().parse().unwrap()
     }
 }
@@ -128,14 +130,17 @@ impl Tmux {
 impl Drop for Tmux {
     fn drop(&mut self) {
         let socket = self.folder.path().join("socket");
-        let _ = Command::new("tmux").arg("-S").arg(socket).arg("kill-server").output();
+        let _ = Command::new("tmux").arg("-S").arg(socket).arg("kill-server").output_in_time();
     }
 }
 
 /// Why there is no such terminal here, if so.
 pub(crate) fn missing() -> Option<&'static str> {
     let has = |program: &str, option: &str| {
-        Command::new(program).arg(option).output().is_ok_and(|output| output.status.success())
+        Command::new(program)
+            .arg(option)
+            .output_in_time()
+            .is_ok_and(|output| output.status.success())
     };
     if !has("tmux", "-V") {
         Some("needs tmux")

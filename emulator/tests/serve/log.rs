@@ -1,13 +1,14 @@
 //! The conversation as `serve -v` tells it.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
 use tempfile::TempDir;
 
-use super::process::{Process, VIMC4, ask, connect, tcp, vimc4};
+use super::process::limits::{InTime, Timed};
+use super::process::{Process, VIMC4, ask, connect, tcp, terminal, vimc4};
 use super::{ready, serving};
 
 /// A controller that tells its conversation.
@@ -49,8 +50,8 @@ impl Talk {
         ask(&mut self.client, line, count)
     }
 
-    fn open_pty(&self) -> File {
-        fs::OpenOptions::new().read(true).write(true).open(&self.pty).unwrap()
+    fn open_pty(&self) -> Timed<File> {
+        terminal(&self.pty)
     }
 
     /// What was told, without the times.
@@ -414,15 +415,15 @@ fn an_answer_that_comes_late_is_told_with_its_command() {
 #[test]
 fn two_handles_of_one_program_are_told() {
     let mut talk = Talk::start("--time manual");
-    let mut reads = File::open(&talk.pty).unwrap();
-    let mut writes = fs::OpenOptions::new().write(true).open(&talk.pty).unwrap();
-    let ask = |reads: &mut File, writes: &mut File| {
+    let mut reads = terminal(&talk.pty);
+    let mut writes = terminal(&talk.pty);
+    let ask = |reads: &mut Timed<File>, writes: &mut Timed<File>| {
         writes.write_all(b"@07\r").unwrap();
         reads.read_exact(&mut [0]).unwrap();
     };
     ask(&mut reads, &mut writes);
     // Who reads in one place and writes in another gets every answer; who reads in two does not.
-    let quiet = fs::OpenOptions::new().read(true).write(true).open(&talk.pty).unwrap();
+    let quiet = terminal(&talk.pty);
     for _ in 0..20 {
         ask(&mut reads, &mut writes);
         talk.settle();
@@ -474,7 +475,7 @@ fn a_level_that_is_none_is_said() {
             let output = std::process::Command::new(VIMC4)
                 .args(command)
                 .env("VIMC4_LOG", wrong)
-                .output()
+                .output_in_time()
                 .unwrap();
             let said = String::from_utf8(output.stderr).unwrap();
             assert_eq!(output.status.code(), Some(2), "{said}");

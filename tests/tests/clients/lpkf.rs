@@ -7,6 +7,7 @@ use std::thread;
 
 use vimc4::{Clock, Emulator};
 
+use super::limits::joined;
 use super::{Port, tcp, terminal};
 
 /// A controller on a machine without ends.
@@ -94,7 +95,7 @@ pub(crate) fn held_back_on_tcp() {
     for _ in 0..COMMANDS {
         assert_eq!(answer(&mut port), "C");
     }
-    writer.join().unwrap();
+    joined("the end of the commands", writer);
     assert_eq!(emulator.position().unwrap()[0], COMMANDS as i64);
     // A command that is longer than what may wait is taken as long as nothing else is to be done.
     port.get_mut().write_all(&[b"PA", &b"1,2,"[..].repeat(500)[..], b"3,4;"].concat()).unwrap();

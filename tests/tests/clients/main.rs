@@ -5,6 +5,8 @@
 
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+#[path = "../../../emulator/tests/process/limits.rs"]
+mod limits;
 mod lpkf;
 
 use std::fs::OpenOptions;
@@ -18,6 +20,8 @@ use libtest_mimic::{Arguments, Trial};
 use vimc4::isel::ProgramStatus;
 use vimc4::{Clock, Emulator};
 
+use limits::{EndsInTime, InTime, LIMIT, Timed};
+
 fn emulator(clock: Clock) -> Emulator {
     Emulator::builder().time(clock).pty(true).tcp("127.0.0.1:0").start().expect("an emulator")
 }
@@ -29,12 +33,14 @@ impl<T: Read + Write> Port for T {}
 
 fn tcp(emulator: &Emulator) -> Box<dyn Port> {
     let stream = TcpStream::connect(emulator.tcp_addr().unwrap()).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
     Box::new(stream)
 }
 
 fn terminal(emulator: &Emulator) -> Box<dyn Port> {
-    Box::new(OpenOptions::new().read(true).write(true).open(emulator.port().unwrap()).unwrap())
+    let path = emulator.port().unwrap();
+    let port = OpenOptions::new().read(true).write(true).open(path).unwrap();
+    Box::new(Timed::new("the pseudo-terminal", port))
 }
 
 fn memory(emulator: &Emulator) -> Box<dyn Port> {
@@ -119,11 +125,11 @@ fn file(name: &str) -> PathBuf {
 fn has(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    command.status_in_time().is_ok_and(|status| status.success())
 }
 
 fn runs(mut command: Command) {
-    let output = command.output().expect("the client runs");
+    let output = command.output_in_time().expect("the client runs");
     assert!(
         output.status.success(),
         "{command:?}\n{}{}",
@@ -152,12 +158,12 @@ fn next_job(clock: Clock, over_tcp: bool) {
     let emulator = lpkf::plotter(clock);
     let mut client = python("next_job.py", &emulator, over_tcp)
         .stdout(Stdio::piped())
-        .spawn()
+        .start()
         .expect("the client runs");
-    for button in BufReader::new(client.stdout.take().unwrap()).lines() {
+    for button in BufReader::new(Timed::new("the client", client.stdout.take().unwrap())).lines() {
         emulator.press(button.unwrap()).unwrap();
     }
-    assert!(client.wait().unwrap().success(), "the next job did not run");
+    assert!(client.wait_in_time().unwrap().success(), "the next job did not run");
 }
 
 fn socat(clock: Clock) {
@@ -167,11 +173,11 @@ fn socat(clock: Clock) {
         .arg(format!("{},rawer", emulator.port().unwrap().display()))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
-        .spawn()
+        .start()
         .expect("socat runs");
     let mut to = client.stdin.take().unwrap();
     to.write_all(b"@07\r\n@0R7\r\n@0P\r\n").unwrap();
-    let mut from = client.stdout.take().unwrap();
+    let mut from = Timed::new("socat", client.stdout.take().unwrap());
     let mut answer = [0; 21];
     from.read_exact(&mut answer).unwrap();
     assert_eq!(&answer, b"000000000000000000000");
@@ -181,7 +187,7 @@ fn socat(clock: Clock) {
         Ok(_) => assert_eq!(rest, b""),
         Err(error) => assert_eq!(error.kind(), ErrorKind::UnexpectedEof),
     }
-    client.wait().unwrap();
+    client.wait_in_time().unwrap();
 }
 
 fn main() -> ExitCode {

@@ -13,6 +13,7 @@ use vimc4_ncp::job::{self, Job, Options, Question, Step};
 use vimc4_ncp::{Severity, language};
 use vimc4_tests::jobs;
 
+use crate::limits::InTime;
 use crate::player::Player;
 
 /// The depth that gerbv writes, in µm.
@@ -38,7 +39,7 @@ fn folder() -> std::path::PathBuf {
 fn has_gerbv() -> bool {
     let mut command = Command::new("gerbv");
     command.arg("--version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    command.status_in_time().is_ok_and(|status| status.success())
 }
 
 fn exported_now() -> Result<(), Failed> {
@@ -46,7 +47,7 @@ fn exported_now() -> Result<(), Failed> {
     let file = made.path().join("board.ncp");
     let mut command = Command::new("gerbv");
     command.args(["-x", "idrill", "-o"]).arg(&file).arg(folder().join("board.drl"));
-    let output = command.stdin(Stdio::null()).output();
+    let output = command.output_in_time();
     let output = output.map_err(|error| format!("gerbv does not run: {error}"))?;
     if !output.status.success() || !file.exists() {
         return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());

@@ -8,6 +8,8 @@ mod coverage;
 mod damage;
 mod expect;
 mod gerbv;
+#[path = "../../../emulator/tests/process/limits.rs"]
+mod limits;
 mod pieces;
 mod player;
 

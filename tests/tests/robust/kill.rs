@@ -10,6 +10,7 @@ use std::time::Duration;
 use vimc4::isel::ProgramStatus;
 use vimc4::{Clock, Emulator};
 
+use crate::limits::{EndsInTime, InTime, Timed};
 use crate::tools::{ask, in_role};
 
 pub(crate) const TESTS: &[(&str, fn())] =
@@ -152,9 +153,9 @@ fn killed_while_storing() {
             .env(ATTEMPT, attempt.to_string())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            .spawn()
+            .start()
             .unwrap();
-        let mut errors = BufReader::new(child.stderr.take().unwrap());
+        let mut errors = BufReader::new(Timed::new("standard error", child.stderr.take().unwrap()));
         let mut said = String::new();
         // Most are killed at work, some while they begin.
         if attempt % 5 != 0 {
@@ -164,7 +165,7 @@ fn killed_while_storing() {
         let moment = 1_000 + attempt * 21_911 % 59_000;
         thread::sleep(Duration::from_micros(u64::try_from(moment).unwrap()));
         child.kill().unwrap();
-        let status = child.wait().unwrap();
+        let status = child.wait_in_time().unwrap();
         errors.read_to_string(&mut said).unwrap();
         assert_eq!(status.signal(), Some(9), "it ended by itself: {said}");
         stored += said.lines().filter(|line| line.starts_with("stored")).count();

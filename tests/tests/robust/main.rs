@@ -12,6 +12,9 @@ mod crowd;
 #[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
+#[path = "../../../emulator/tests/process/limits.rs"]
+mod limits;
+#[cfg(target_os = "linux")]
 mod tcp;
 #[cfg(target_os = "linux")]
 mod terminal;

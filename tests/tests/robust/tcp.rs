@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use socket2::SockRef;
 use vimc4::{Clock, Condition, Emulator};
 
+use crate::limits::InTime;
 use crate::tools::{Counts, ask, at, connect, in_role, wait_until};
 
 pub(crate) const TESTS: &[(&str, fn())] = &[
@@ -167,7 +168,7 @@ pub(crate) fn a_client_vanishes() {
         .args(["-rn"])
         .arg(lost.get_program())
         .envs(lost.get_envs().filter_map(|(key, value)| Some((key, value?))))
-        .status()
+        .status_in_time()
         .unwrap();
     assert!(status.success());
 }
@@ -175,7 +176,8 @@ pub(crate) fn a_client_vanishes() {
 /// Runs in a network of its own, which can be switched off.
 pub(crate) fn lose_the_network() -> ExitCode {
     let network = |state| {
-        let status = Command::new("ip").args(["link", "set", "lo", state]).status().unwrap();
+        let status =
+            Command::new("ip").args(["link", "set", "lo", state]).status_in_time().unwrap();
         assert!(status.success());
     };
     network("up");

@@ -16,7 +16,8 @@ use rustix::termios::{
 };
 use vimc4::{Clock, Emulator};
 
-use crate::tools::{Counts, LIMIT, Terminal, ask, at, in_role, wait_until};
+use crate::limits::{EndsInTime, InTime, LIMIT, Timed};
+use crate::tools::{Counts, Terminal, ask, at, in_role, wait_until};
 
 pub(crate) const TESTS: &[(&str, fn())] = &[
     ("terminal: a thousand clients one after the other read nothing stale", a_thousand_clients),
@@ -117,7 +118,7 @@ struct Holder(Child);
 impl Drop for Holder {
     fn drop(&mut self) {
         self.0.kill().unwrap();
-        self.0.wait().unwrap();
+        self.0.wait_in_time().unwrap();
     }
 }
 
@@ -126,10 +127,11 @@ fn exclusive_clients_are_killed() {
     let (_emulator, path) = emulator(&counts);
     assert_eq!(ask(&mut Terminal::open(&path), "@07", 1), "0");
     for n in 1..=50 {
-        let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap();
+        let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).start().unwrap();
         let mut holder = Holder(child);
         let mut said = String::new();
-        BufReader::new(holder.0.stdout.take().unwrap()).read_line(&mut said).unwrap();
+        let output = Timed::new("standard output", holder.0.stdout.take().unwrap());
+        BufReader::new(output).read_line(&mut said).unwrap();
         assert_eq!(said.trim_end(), at(n - 1));
         // Root may open what others have for themselves.
         if !rustix::process::geteuid().is_root() {
@@ -178,7 +180,7 @@ fn spoiled(ioctl: &str, argument: &str, restored: impl Fn(&Terminal)) {
     );
     for n in 1..=20 {
         counts.after_leaving(|| {
-            let status = Command::new("python3").args(["-c", &script]).arg(&path).status();
+            let status = Command::new("python3").args(["-c", &script]).arg(&path).status_in_time();
             assert!(status.unwrap().success());
         });
         let mut next = Terminal::open(&path);
@@ -222,7 +224,7 @@ fn two_programs() {
     let (_emulator, path) = emulator(&counts);
     let mut mine = Terminal::open(&path);
     assert_eq!(ask(&mut mine, "@07", 1), "0");
-    let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap();
+    let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).start().unwrap();
     let _other = Holder(child);
     // Its answer may go to either.
     wait_until("the news of the other one", || counts.shared.load(Ordering::SeqCst) == 1);
@@ -283,7 +285,7 @@ pub(crate) fn as_an_ordinary_user() {
         .arg(&program)
         .arg("terminal:")
         .current_dir("/")
-        .output()
+        .output_in_time()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));

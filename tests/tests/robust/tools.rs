@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use vimc4::{Emulator, Kinds, News, Report, Sink, Wants};
 
-/// How long is waited for what must come. Only a failing test waits as long.
-pub(crate) const LIMIT: Duration = Duration::from_secs(10);
+pub(crate) use crate::limits::until as wait_until;
+use crate::limits::{InTime, LIMIT};
 
 /// Names the role in which this program starts itself.
 pub(crate) const ROLE: &str = "VIMC4_ROBUST_ROLE";
@@ -29,7 +29,7 @@ pub(crate) fn in_role(role: &str) -> Command {
 pub(crate) fn has(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    command.status_in_time().is_ok_and(|status| status.success())
 }
 
 pub(crate) fn connect(emulator: &Emulator) -> TcpStream {
@@ -93,14 +93,6 @@ pub(crate) fn ask(port: &mut (impl Read + Write), line: &str, count: usize) -> S
 /// X as `@0P` reports it, with the other axes at zero.
 pub(crate) fn at(x: usize) -> String {
     format!("0{x:06X}000000000000")
-}
-
-pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
-    let deadline = Instant::now() + LIMIT;
-    while !holds() {
-        assert!(Instant::now() < deadline, "{what} never came");
-        thread::sleep(Duration::from_millis(1));
-    }
 }
 
 pub(crate) fn descriptors() -> usize {
