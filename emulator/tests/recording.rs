@@ -175,14 +175,17 @@ fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
             // Until the line is dead. Several commands are under way at any time.
             while talker.write_all(b"@0A7,900\r@0P\r@0A-7,900\r@0P\r").is_ok() {}
         });
+        let (hears, heard) = std::sync::mpsc::channel();
         let listens = std::thread::spawn(move || {
             let mut seen = b"0".to_vec();
             let mut buffer = [0; 4_096];
             while let Ok(count @ 1..) = client.read(&mut buffer) {
                 seen.extend(&buffer[..count]);
+                let _ = hears.send(());
             }
             seen
         });
+        heard.recv_timeout(process::limits::LIMIT).unwrap();
         std::thread::sleep(delay);
         serve.child.kill().unwrap();
         serve.child.wait_in_time().unwrap();

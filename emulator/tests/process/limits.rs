@@ -50,7 +50,8 @@ impl InTime for Command {
         #[cfg(unix)]
         catch_ignored_signals();
         // Tests compare messages of other programs, which speak the language of the person who runs the tests.
-        let set = |name: &str| self.get_envs().any(|(other, value)| other == name && value.is_some());
+        let set =
+            |name: &str| self.get_envs().any(|(other, value)| other == name && value.is_some());
         if !set("LC_ALL") {
             self.env("LC_ALL", "C.UTF-8").env_remove("LANGUAGE");
         }
