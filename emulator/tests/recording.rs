@@ -953,6 +953,8 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
     let lines = text.lines().count();
     let wide: Vec<u8> = text.bytes().flat_map(|byte| [byte, 0]).collect();
     let clock = text.replacen("\"clock\":\"", "\"clock\":\"x", 1);
+    let other = state.replacen("\"name\":\"imc4\"", "\"name\":\"imc-s8\"", 1);
+    let other = format!("{head}\n{other}\n{rest}");
     for (text, message) in [
         (
             signal("stopp", 1).into_bytes(),
@@ -965,6 +967,10 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
             format!("line {0}: line {0} comes after the end", lines + 1),
         ),
         (wide, "it is text in UTF-16".to_owned()),
+        (
+            other.into_bytes(),
+            "a state of imc-s8 on mill, and the first line names imc4 on mill".to_owned(),
+        ),
     ] {
         fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
         for command in [

@@ -866,6 +866,19 @@ fn a_wrong_scenario_is_found_first() {
         (b"[[rule]]\nat = \"2s\"\ndo = \"\xe4\"\n".to_vec(), "line 3: byte 26 of the file, 0xe4"),
         (b"[[rule]]\nat = \"2s\"\ndoes = \"x\"\n".to_vec(), "line 3: unknown field `does`"),
     ];
+    // What would be right is said once.
+    for (order, wrong, help) in [
+        ("cover shut", "`cover` cannot be `shut`", "it can be open or closed"),
+        ("nonsense", "is wrong", "something that is done to the controller"),
+    ] {
+        let text = format!("[[rule]]\nwhen = \"x > 1\"\ndo = \"{order}\"\n");
+        fs::write(folder.path().join("wrong.toml"), text).unwrap();
+        let arguments = ["run", "commands.txt", "--scenario", "wrong.toml"];
+        let (_, _, errors) = in_folder(folder.path(), &arguments);
+        assert!(errors.contains(wrong) && errors.contains(&format!("help: {help}")), "{errors}");
+        assert_eq!(errors.matches(help).count(), 1, "{errors}");
+        assert_eq!(errors.matches(wrong).count(), 1, "{errors}");
+    }
     for (text, said) in cases {
         fs::write(folder.path().join("wrong.toml"), text).unwrap();
         let run = ["run", "commands.txt", "--scenario", "wrong.toml"];

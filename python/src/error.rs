@@ -69,7 +69,7 @@ pub(crate) fn of_coverage_file(py: Python<'_>, error: &vimc4::CoverageFileError)
 pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
     let name = match error {
         ControlError::Ended => return ended(py, error.to_string()),
-        ControlError::Deed(_) => "DeedError",
+        ControlError::Deed(_) | ControlError::NoCommand { .. } => "DeedError",
         ControlError::Never | ControlError::Unforeseen { .. } => "Never",
         ControlError::Late(_) => "Late",
         ControlError::Cancelled { at } => {

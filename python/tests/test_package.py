@@ -131,6 +131,7 @@ def test_async_methods_are_the_same():
         (lambda e: e.advance("5"), ValueError, ValueError, "has no unit of time"),
         (lambda e: e.advance(5), TypeError, TypeError, "250ms"),
         (lambda e: e.advance(timedelta(-1)), TypeError, TypeError, "not negative"),
+        (lambda e: e.next_command("@0A"), virtual.DeedError, ValueError, "has the mnemonic `@0A`; there are @axes, @A,"),
         (lambda e: e.next_command("@A", timeout=0.01), virtual.Late, TimeoutError, "within 0.01 s"),
         (lambda e: e.reports("weather"), ValueError, ValueError, "there are command, answer"),
     ],
@@ -385,16 +386,19 @@ def test_a_recording_that_cannot_be_written_is_told_of():
             virtual.Emulator(recording="/dev/full")
 
 
-def test_a_snapshot_is_of_one_family(vimc4):
+def test_a_snapshot_is_of_one_model_and_machine(vimc4):
     snapshot = vimc4.snapshot()
     assert snapshot == vimc4.snapshot()
     vimc4.advance("1s")
     assert snapshot != vimc4.snapshot()
     vimc4.restore(snapshot)
     assert vimc4.now() == 0 and snapshot == vimc4.snapshot()
-    with virtual.Emulator("smcu", "board-plotter") as other:
-        with pytest.raises(virtual.ControlError, match="another family"):
-            other.restore(snapshot)
+    for model, machine in (("smcu", "board-plotter"), ("imc-s8", "bench"), ("imc4", "mill")):
+        with virtual.Emulator(model, machine) as other:
+            says = f"this is a state of imc4 on bench, and this controller is {model} on {machine}"
+            with pytest.raises(virtual.ControlError, match=says):
+                other.restore(snapshot)
+            assert other.view()["model"] == other.model
 
 
 def test_its_parts_show_what_they_are(vimc4):

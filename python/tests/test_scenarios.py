@@ -119,6 +119,11 @@ def test_a_wrong_file_says_where(vimc4, tmp_path):
     wrong.write_text('[[rule]]\nwhen = "x > far"\ndo = "press stop"\n')
     with pytest.raises(virtual.ScenarioError, match="wrong.toml, line 2: .*is wrong at `far`"):
         vimc4.scenario(wrong)
+    # What would be right is said once.
+    wrong.write_text('[[rule]]\nwhen = "x > 5"\ndo = "cover shut"\n')
+    with pytest.raises(virtual.ScenarioError) as raised:
+        vimc4.scenario(wrong)
+    assert str(raised.value).endswith("wrong at `shut`: `cover` cannot be `shut`; it can be open or closed")
     wrong.write_text("")
     with pytest.raises(virtual.ScenarioError, match="there is no rule"):
         vimc4.scenario(wrong)

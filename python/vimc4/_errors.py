@@ -126,7 +126,7 @@ class Ended(ControlError):
 
 
 class DeedError(ControlError, ValueError):
-    """It has no such button, switch, signal or input, or no such value of it."""
+    """It has no such button, switch, signal, input or command, or no such value of it."""
 
 
 class Never(ControlError):

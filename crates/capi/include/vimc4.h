@@ -170,12 +170,14 @@ int32_t vimc4_forget(const vimc4_emulator *emulator);
 // `emulator` was started and not stopped yet.
 vimc4_snapshot *vimc4_snapshot_take(const vimc4_emulator *emulator);
 
-// Lets a controller of the same model and machine go on from what was kept. Returns 0.
+// Lets a controller of the same model and machine go on from what was kept. A snapshot of another model or
+// machine is refused. Returns 0.
 //
 // # Safety
 //
 // `emulator` was started and not stopped yet; `snapshot` was taken and not freed yet.
-int32_t vimc4_restore(const vimc4_emulator *emulator, const vimc4_snapshot *snapshot);
+int32_t vimc4_restore(const vimc4_emulator *emulator,
+                      const vimc4_snapshot *snapshot);
 
 // Frees a snapshot. NULL is nothing to be freed.
 //

@@ -360,7 +360,8 @@ pub unsafe extern "C" fn vimc4_snapshot_take(emulator: *const Emulator) -> *mut 
     })
 }
 
-/// Lets a controller of the same model and machine go on from what was kept. Returns 0.
+/// Lets a controller of the same model and machine go on from what was kept. A snapshot of another model or
+/// machine is refused. Returns 0.
 ///
 /// # Safety
 ///

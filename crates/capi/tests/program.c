@@ -43,6 +43,7 @@ int main(void)
     const char *unknown[] = {"modell=imc4", NULL};
     const char *bare[] = {"model", NULL};
     const char *clock[] = {"time=soon", NULL};
+    const char *another[] = {"model=imc-s8", "time=manual", NULL};
     int64_t steps[8] = {0};
     uint8_t byte;
     char *text;
@@ -117,6 +118,10 @@ int main(void)
     says("NULL");
     CHECK(vimc4_now(NULL) == -1);
     says("the controller is NULL");
+    vimc4_emulator *other = vimc4_start(another);
+    CHECK(other && vimc4_restore(other, fresh) == -1);
+    says("this is a state of imc4 on bench, and this controller is imc-s8 on bench");
+    vimc4_stop(other);
     CHECK(!vimc4_connect(NULL) && !vimc4_view(NULL) && vimc4_restore(emulator, NULL) == -1);
     CHECK(vimc4_line_write(NULL, &byte, 1, 0) == -1 && vimc4_line_read(line, NULL, 1, 0) == -1);
     CHECK(vimc4_line_read(line, NULL, 0, 0) == 0 && vimc4_line_write(line, NULL, 0, 0) == 0);

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, Output, Point, Running, Signal,
-    SignalId, Time, View,
+    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, OtherController, Output, Point,
+    Running, Signal, SignalId, Time, View,
 };
 use vimc4_plant::Machine;
 
@@ -39,6 +39,26 @@ impl Details {
             Details::Lpkf(details) => details.echo,
             _ => true,
         }
+    }
+}
+
+impl State {
+    /// Whether a controller in the state `own` can continue from this one: it has the same model and machine.
+    ///
+    /// # Errors
+    ///
+    /// If it has not, with the names of both.
+    pub fn fits(&self, own: &State) -> Result<(), OtherController> {
+        if self.with_profiles_of(own).as_ref() == Some(self) {
+            return Ok(());
+        }
+        let [found, own] = [self, own].map(|state| {
+            let (model, machine) = state.profile_names();
+            format!("{model} on {machine}")
+        });
+        // Profiles of one name may differ in their values.
+        let found = if found == own { format!("another {found}") } else { found };
+        Err(OtherController { found, own })
     }
 }
 

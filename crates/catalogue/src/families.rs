@@ -84,6 +84,14 @@ macro_rules! families {
                 }
             }
 
+            /// The names of its model and its machine.
+            #[must_use]
+            pub fn profile_names(&self) -> (&str, &str) {
+                match self {
+                    $($(#[cfg($cfg)])? State::$name(state) => state.profile_names(),)+
+                }
+            }
+
             /// The same with the model and the machine of another, if that is of the same family.
             #[must_use]
             pub fn with_profiles_of(&self, other: &State) -> Option<State> {

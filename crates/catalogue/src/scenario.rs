@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use toml::{Spanned, Value};
-use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario};
+use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario, problem_and_remedy};
 use vimc4_plant::{ProfileError, parse_profile};
 
 /// A file: rules, in parts.
@@ -184,5 +184,7 @@ fn wrong(text: &str, error: &RuleError, begin: usize, span: Option<Range<usize>>
             false => span,
         }
     });
-    ProfileError { message: error.to_string(), help: error.right().to_owned(), span }
+    let said = error.to_string();
+    let (message, help) = problem_and_remedy(&said, error.right());
+    ProfileError { message: message.to_owned(), help: help.to_owned(), span }
 }

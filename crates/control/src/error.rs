@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use thiserror::Error;
-use vimc4_device::{DeedError, Time};
+use vimc4_device::{DeedError, OtherController, Time};
 
 /// Why a controller did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -21,9 +21,22 @@ pub enum ControlError {
     /// Its time stands still.
     #[error("time is paused; step, or resume it first")]
     Paused,
-    /// Its time goes on, and only a controller whose time is paused is led step by step.
-    #[error("time goes on; pause it first")]
+    /// Its time is not paused, and only a controller whose time is paused is led step by step.
+    #[error("time is not paused; pause it first")]
     NotPaused,
+    /// The state is of another model or machine.
+    #[error(transparent)]
+    OtherController(#[from] OtherController),
+    /// No command of the model has this mnemonic.
+    #[error("no command of the {model} has the mnemonic `{mnemonic}`; there are {known}")]
+    NoCommand {
+        /// The model.
+        model: String,
+        /// What was asked for.
+        mnemonic: String,
+        /// The mnemonics that there are.
+        known: String,
+    },
     /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
     #[error("{0}")]
     Unsupported(&'static str),

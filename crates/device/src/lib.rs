@@ -30,7 +30,9 @@ mod verb;
 mod view;
 
 pub use breakpoint::Breakpoint;
-pub use condition::{Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary};
+pub use condition::{
+    Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary, is_mnemonic,
+};
 pub use course::{Ability, Course, Situation, StopCause};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Loss, Motion, Warning};
@@ -51,13 +53,13 @@ pub use line::{Line, LineState};
 pub use model::{MemoryError, Model};
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
-pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
+pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES, OtherController};
 pub use scenario::{
     Act, Awaits, Cue, Lasts, MOST_RULES, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage,
     RuleView, Ruling, Scenario, ScenarioError, ScenarioNumber, Trigger,
 };
 pub use signal::{Signal, SignalId, SignalKind};
-pub use text::{escape, said, unescape, unescape_first};
+pub use text::{escape, parted, problem_and_remedy, said, unescape, unescape_first};
 pub use verb::{
     Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words, is_like,
     position_in_words, rules_in_words, settable,

@@ -1,6 +1,7 @@
 //! The trait every simulated device implements.
 
-use std::fmt::Debug;
+use std::error::Error;
+use std::fmt::{self, Debug};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -14,6 +15,24 @@ use crate::{
 /// How many causes a forecast follows before it gives up, so that it ends even for something that
 /// an endless program never does.
 pub const MAX_CAUSES: u32 = 1_000_000;
+
+/// A state is of another model or machine than the device that was to continue from it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OtherController {
+    /// The model and the machine of the state.
+    pub found: String,
+    /// Those of the device.
+    pub own: String,
+}
+
+impl fmt::Display for OtherController {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let OtherController { found, own } = self;
+        write!(f, "this is a state of {found}, and this controller is {own}; restore it on {found}")
+    }
+}
+
+impl Error for OtherController {}
 
 /// A simulated device, driven from outside.
 ///

@@ -216,6 +216,12 @@ impl Moving {
 }
 
 impl State {
+    /// The names of its model and its machine.
+    #[must_use]
+    pub fn profile_names(&self) -> (&str, &str) {
+        (&self.model.name, &self.plant.machine().name)
+    }
+
     /// The same with the model and the machine of another.
     #[must_use]
     pub fn with_profiles_of(&self, other: &State) -> State {

@@ -1,12 +1,14 @@
 //! A recording that is opened.
 
+use std::fmt::Display;
+
 use serde::Deserialize;
 use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
 use vimc4_control::{Clock, Source};
-use vimc4_device::{Device, Line, LineState, Names};
+use vimc4_device::{Device, Line, LineState, Names, OtherController};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
 use crate::live::Live;
@@ -18,6 +20,25 @@ struct Text {
     text: String,
 }
 
+fn wrong(why: String) -> Problem {
+    let remedy = "open what `vimc4 serve --record` or a test has recorded";
+    Problem::new(Kind::NotUnderstood, why, remedy)
+}
+
+fn at_line(line: u32, why: &dyn Display) -> Problem {
+    wrong(format!("line {line}: {why}"))
+}
+
+/// The state in a line of a recording, if a controller in the state `own` can continue from it.
+fn state_of(own: &State, line: u32, written: &Value) -> Result<LineState<State>, Problem> {
+    let state: LineState<State> =
+        serde_json::from_value(written.clone()).map_err(|error| at_line(line, &error))?;
+    state.device.fits(own).map_err(|OtherController { found, own }| {
+        at_line(line, &format!("a state of {found}, and the first line names {own}"))
+    })?;
+    Ok(state)
+}
+
 /// The controller of a recording, with all that happened to it, at its end: its time stands still.
 /// Beside it, what is missing of the recording: the number of the line that was torn off, and whether
 /// it has its end.
@@ -26,16 +47,8 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         let detail = format!("the recording is not there: {error}");
         Problem::new(Kind::WrongRequest, detail, "send an object such as {\"text\":\"…\"}")
     })?;
-    let wrong = |why: String| {
-        Problem::new(
-            Kind::NotUnderstood,
-            why,
-            "open what `vimc4 serve --record` or a test has recorded",
-        )
-    };
     let recording = Recording::read(text.as_bytes()).map_err(|error| wrong(error.to_string()))?;
     let head = &recording.head;
-    let at_line = |line: u32, why: String| wrong(format!("line {line}: {why}"));
     let model = profiles::model(&completed_model(&head.model)).map_err(wrong)?;
     let machine = profiles::machine(&completed_machine(&head.machine)).map_err(wrong)?;
     let controller = bare(&model, &machine, &[])?;
@@ -43,15 +56,12 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         LineSort::Ideal => Line::ideal(controller),
         LineSort::Paced => Line::paced(controller),
     };
-    let state_of = |line: u32, written: &Value| {
-        let state = serde_json::from_value::<LineState<State>>(written.clone());
-        state.map_err(|error| at_line(line, error.to_string()))
-    };
+    let own = line.state().device;
     let mut entries = recording.entries.iter().peekable();
     // It begins with a state; without one, as a controller that was just switched on.
     while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
         if let What::State { state, .. } = &entry.what {
-            line.restore(state_of(entry.line, state)?);
+            line.restore(state_of(&own, entry.line, state)?);
             break;
         }
     }
@@ -69,11 +79,11 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         let is_ahead = entry.at > live.now();
         match &entry.what {
             What::Given { by, given } => {
-                let input = known(&names, given).map_err(|why| at_line(entry.line, why))?;
+                let input = known(&names, given).map_err(|why| at_line(entry.line, &why))?;
                 live.replay(entry.at, input, &Source::Controls(by.clone()), is_led);
             }
             What::State { by: Some(by), state } => {
-                let state = state_of(entry.line, state)?;
+                let state = state_of(&own, entry.line, state)?;
                 if is_ahead && !is_led {
                     live.replay_to(entry.at);
                 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, Details, Family, Machine, MemoryError, Model, State};
+use vimc4_catalogue::{Controller, Details, Machine, MemoryError, Model, State};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
     Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
@@ -68,7 +68,6 @@ pub type View = vimc4_device::View<Details>;
 /// are shared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    family: Family,
     state: LineState<State>,
 }
 
@@ -272,10 +271,14 @@ impl Control {
     }
 
     /// The next command of this mnemonic (such as `@A`) that the host sends, counted from the one
-    /// that was waited for last. It needs the record that [`Builder::record`] switches off.
+    /// that was waited for last. It needs the record that [`Builder::record`] switches off. A mnemonic that no
+    /// command of the model has, such as `@0A`, is refused.
     ///
     /// [`Builder::record`]: crate::Builder::record
     pub fn next_command(&self, mnemonic: &str) -> Pending<HostCommand> {
+        if let Err(error) = self.has_command(mnemonic) {
+            return self.handle.with(|_| Err(error));
+        }
         let (answer, reply) = Pending::promised();
         match &self.record {
             Some(record) => record.lock().await_command(mnemonic.to_owned(), answer),
@@ -284,6 +287,17 @@ impl Control {
             )))),
         }
         reply
+    }
+
+    /// Whether a command of the model has this mnemonic, which is one word without numbers.
+    fn has_command(&self, mnemonic: &str) -> Result<(), ControlError> {
+        let names = self.model.names(Vec::new());
+        let known = match names.mnemonic(mnemonic) {
+            Ok(()) => return Ok(()),
+            Err(known) => known,
+        };
+        let (model, mnemonic) = (self.model.name().to_owned(), mnemonic.to_owned());
+        Err(ControlError::NoCommand { model, mnemonic, known })
     }
 
     /// Looks into the record once everything written to the line before has arrived.
@@ -428,20 +442,13 @@ impl Control {
 
     /// The present state.
     pub fn snapshot(&self) -> Pending<Snapshot> {
-        let family = self.model.family();
-        self.handle.with(move |runner| Ok(Snapshot { family, state: runner.device().state() }))
+        self.handle.with(|runner| Ok(Snapshot { state: runner.device().state() }))
     }
 
-    /// Goes back to a state taken earlier, of this or another emulator of the same model.
+    /// Goes back to a state taken earlier, of this emulator or of another one with the same model and machine.
+    /// A snapshot of another model or machine is refused.
     pub fn restore(&self, snapshot: &Snapshot) -> Pending<()> {
-        if snapshot.family != self.model.family() {
-            return self.handle.with(|_| {
-                Err(ControlError::Unsupported(
-                    "this is a state of another family of controllers; restore it in one of its own",
-                ))
-            });
-        }
-        self.handle.restore(snapshot.state.clone())
+        self.put(snapshot.state.clone())
     }
 
     /// What is in its memory that outlives the power, in the form of its [file](crate::Builder::flash).
@@ -568,9 +575,12 @@ impl Control {
     }
 
     /// Continues from a state of a copy of the [controller](Control::controller), earlier or later.
-    /// If time is paused, it stays paused.
+    /// If time is paused, it stays paused. A state of another model or machine is refused.
     pub fn put(&self, state: LineState<State>) -> Pending<()> {
-        self.handle.restore(state)
+        self.handle.change(move |line| {
+            state.device.fits(&line.state().device)?;
+            Ok(state)
+        })
     }
 
     // --- its end ---

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use bytes::Bytes;
 use tokio::sync::oneshot;
-use vimc4_device::{CommandNumber, Deed, Event, Kinds, Names, Stamp, Time};
+use vimc4_device::{CommandNumber, Deed, Event, Kinds, Names, Stamp, Time, is_mnemonic};
 use vimc4_host::{ControlError, News, Report, Sink, Wants, What};
 use vimc4_journal::expect::{Failure, Mistake, Watch};
 use vimc4_journal::{Journal, Picture};
@@ -335,7 +335,7 @@ impl Memory {
         answer: oneshot::Sender<Result<HostCommand, ControlError>>,
     ) {
         let mut coming = self.commands.iter().enumerate().skip(self.passed);
-        match coming.find(|(_, command)| command.mnemonic == mnemonic) {
+        match coming.find(|(_, command)| is_mnemonic(&command.mnemonic, &mnemonic)) {
             Some((at, command)) => {
                 self.passed = at + 1;
                 // The caller may have stopped waiting.
@@ -356,7 +356,7 @@ impl Memory {
             self.commands.pop_front();
             self.passed = self.passed.saturating_sub(1);
         }
-        let waits = |Awaited(name, _): &Awaited| *name == command.mnemonic;
+        let waits = |Awaited(name, _): &Awaited| is_mnemonic(&command.mnemonic, name);
         for Awaited(_, answer) in self.awaited.extract_if(.., |awaited| waits(awaited)) {
             self.passed = self.commands.len() + 1;
             let _ = answer.send(Ok(command.told()));

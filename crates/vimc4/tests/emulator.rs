@@ -274,11 +274,50 @@ fn every_family_is_in_the_hands_of_the_test() {
     emu.restore(&underway).unwrap();
     assert_eq!(emu.position().unwrap(), [2_500, 0]);
     assert_eq!(emu.commands().unwrap()[0].text, "move to X 5,000 Y 0");
-    // What one family remembers means nothing to another.
-    let other = manual("imc4").start().unwrap();
-    let error = other.restore(&underway).unwrap_err();
-    assert!(error.to_string().contains("another family"), "{error}");
-    assert_eq!(other.position().unwrap(), [0; 4]);
+}
+
+/// A snapshot is for controllers with the model and the machine that it was taken from.
+#[test]
+fn a_snapshot_of_another_model_or_machine_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let faster = folder.path().join("faster.toml");
+    let text = vimc4::model_profile("imc4").unwrap().replace("baud = 19200", "baud = 9600");
+    std::fs::write(&faster, text).unwrap();
+    let of = |model: &str, machine: &str| manual(model).machine(machine).start().unwrap();
+    let snapshot = of("imc4", "mill").snapshot().unwrap();
+    for (model, machine, found, own) in [
+        ("imc-s8", "mill", "imc4 on mill", "imc-s8 on mill"),
+        ("imc4", "bench", "imc4 on mill", "imc4 on bench"),
+        ("smcu", "board-plotter", "imc4 on mill", "smcu on board-plotter"),
+        (faster.to_str().unwrap(), "mill", "another imc4 on mill", "imc4 on mill"),
+    ] {
+        let emulator = of(model, machine);
+        let before = emulator.snapshot().unwrap();
+        let error = emulator.restore(&snapshot).unwrap_err().to_string();
+        let right = format!(
+            "this is a state of {found}, and this controller is {own}; restore it on {found}"
+        );
+        assert_eq!(error, right);
+        assert_eq!(emulator.snapshot().unwrap(), before);
+    }
+    of("imc4", "mill").restore(&snapshot).unwrap();
+}
+
+#[test]
+fn a_command_that_the_model_has_not_is_not_waited_for() {
+    let emu = manual("imc4").start().unwrap();
+    for wrong in ["@0A", "@0A5000", "@X5", "", "PA"] {
+        let error = emu.next_command(wrong).unwrap_err().to_string();
+        let right =
+            format!("no command of the imc4 has the mnemonic `{wrong}`; there are @axes, @A, ");
+        assert!(error.starts_with(&right), "{error}");
+    }
+    // Of a command with several forms the letters stand for all.
+    let emu = manual("smcu").machine("board-plotter").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "!IS;");
+    emu.run_until_idle().unwrap();
+    assert!(emu.next_command("!IS").unwrap().mnemonic.starts_with("!IS/"));
 }
 
 #[test]

@@ -170,7 +170,7 @@ impl Site {
     /// switched on here too, and has the profiles of this one else.
     pub(crate) fn read(&self, written: &Value) -> Result<LineState<State>, String> {
         if !self.written.iter().all(|profile| contains(written, profile)) {
-            return Err("its model and machine are not those of the first line".to_owned());
+            return Err(self.mismatch(written));
         }
         let mut written = written.clone();
         for (old, new) in self.written.iter().zip(&self.recorded).filter(|(old, new)| old != new) {
@@ -203,6 +203,23 @@ impl Site {
             exchange(&mut written, old, new);
         }
         serde_json::from_value(written).map_err(|error| error.to_string())
+    }
+
+    /// Why a state of another model or machine is refused.
+    fn mismatch(&self, written: &Value) -> String {
+        let name = |profile: &Value| profile["name"].as_str().unwrap_or("unnamed").to_owned();
+        let [model, machine] = [&self.written[0], &self.written[1]].map(name);
+        match serde_json::from_value::<LineState<State>>(written.clone()) {
+            Ok(state) if state.device.profile_names() != (&*model, &*machine) => {
+                let (other_model, other_machine) = state.device.profile_names();
+                format!(
+                    "a state of {other_model} on {other_machine}, and the first line names {model} on {machine}"
+                )
+            }
+            _ => {
+                format!("its profiles of {model} and {machine} differ from those of the first line")
+            }
+        }
     }
 
     fn of(model: &Value, machine: &Value, line: LineSort) -> Result<Site, String> {

@@ -15,7 +15,7 @@ use crate::{Point, SignalId, Time};
 
 pub use text::{ConditionError, LengthUnit, Named, Names, Scale};
 pub(crate) use text::{excerpt, without_names};
-pub use vocabulary::Vocabulary;
+pub use vocabulary::{Vocabulary, is_mnemonic};
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
 /// [`Harness::run_until`](crate::Harness::run_until).

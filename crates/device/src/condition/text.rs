@@ -186,6 +186,18 @@ impl Names {
         Ok(Condition::Command { like: Some(like.to_owned()) })
     }
 
+    /// Whether a command has this mnemonic: `@A`, and not `@0A5000`.
+    ///
+    /// # Errors
+    ///
+    /// If the model has no such command; with the mnemonics of those it has.
+    pub fn mnemonic(&self, like: &str) -> Result<(), String> {
+        if self.knows(like, Vocabulary::has_mnemonic) {
+            return Ok(());
+        }
+        Err(self.vocabulary.as_ref().map(Vocabulary::commands_in_words).unwrap_or_default())
+    }
+
     /// An answer that is an error: this one, or any.
     ///
     /// # Errors

@@ -72,7 +72,15 @@ fn letters(mnemonic: &str) -> &str {
 }
 
 /// Whether a mnemonic is this one, or this and the number of its form.
-pub(super) fn is_mnemonic(mnemonic: &str, wanted: &str) -> bool {
+///
+/// ```
+/// use vimc4_device::is_mnemonic;
+///
+/// assert!(is_mnemonic("!IS/1", "!IS") && is_mnemonic("!IS/1", "!IS/1"));
+/// assert!(!is_mnemonic("!IS/1", "!IS/0"));
+/// ```
+#[must_use]
+pub fn is_mnemonic(mnemonic: &str, wanted: &str) -> bool {
     mnemonic == wanted || letters(mnemonic) == wanted
 }
 

@@ -10,6 +10,10 @@ pub(crate) use controller::{Cart as Controller, State};
 pub(crate) use model::Model;
 
 impl State {
+    pub(crate) fn profile_names(&self) -> (&str, &str) {
+        ("cart", "rail")
+    }
+
     /// A cart keeps no profile in its state.
     pub(crate) fn with_profiles_of(&self, _: &State) -> State {
         self.clone()
