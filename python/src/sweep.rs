@@ -101,16 +101,16 @@ impl SweepSession {
     }
 
     /// What came of a point with a host that has given this and ended so, as a text for `SweepResults`.
-    /// `code` is its exit code; None if it did not end.
-    fn judge(
-        &self,
-        py: Python<'_>,
-        number: u64,
-        given: &str,
-        code: Option<i32>,
-    ) -> PyResult<String> {
+    /// `ending` is `returned`, `raised`, `asserted` if an assertion of the test failed, or `hung`.
+    fn judge(&self, py: Python<'_>, number: u64, given: &str, ending: &str) -> PyResult<String> {
         let given: Vec<TimedInput> = read(given)?;
-        let exit = code.map_or(Exit::Hung, Exit::Code);
+        let exit = match ending {
+            "returned" => Exit::Code(0),
+            "raised" => Exit::Code(1),
+            "asserted" => Exit::Asserted,
+            "hung" => Exit::Hung,
+            _ => return Err(PyValueError::new_err(format!("`{ending}` is not an ending"))),
+        };
         let judged = py.detach(|| self.session.judge(number, &given, exit));
         let (found, case) = judged.ok_or_else(|| no_point(number))?;
         told(&(found.point, found.outcome, found.size, case))

@@ -25,6 +25,15 @@ def careless(emulator):
     stepper.port.read(1)
 
 
+def assertive(emulator):
+    """A driver of another file asserts what it is answered."""
+    stepper = Stepper(emulator.serial(timeout=1))
+    stepper.reference()
+    stepper.start_move_by(800, 0, 0, speed=900)
+    assert stepper.port.read(1) == b"0"
+    return stepper
+
+
 def patient(emulator):
     """It waits for ever."""
     Stepper(emulator.serial(timeout=None)).reference()

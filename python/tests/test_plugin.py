@@ -565,11 +565,11 @@ def test_a_test_is_swept(pytester, monkeypatch, workers):
     swept.stdout.fnmatch_lines(
         [
             "*test_careless*",
-            "* points, * outcomes, * with something wrong",
             "it reports success, but the machine is not where it should be*",
             "  broken: STOP was pressed when *",
             "  did: went on as if nothing had happened; it returned",
             "  vimc4 replay *case-*.jsonl",
+            "* points, * outcomes, * with something wrong",
         ]
     )
     swept.stdout.no_fnmatch_line("*test_careful*points*")
@@ -676,6 +676,115 @@ def test_what_a_sweep_means_for_a_test(pytester, monkeypatch):
             "`@0A2,900*",
             "it cannot be swept: the marker vimc4_sweep has no option `foo`; it has harms, modes, limit",
             'it cannot be swept: the marker vimc4_sweep has named options only, as in vimc4_sweep(harms=*',
+        ]
+    )
+
+
+ASSERTING = '''
+import logging
+import pytest
+from stepper import Stepper, StepperError
+
+pytestmark = [
+    pytest.mark.vimc4("imc-s8", "mill"),
+    pytest.mark.vimc4_sweep(harms=["stop"], modes=["transient"]),
+]
+
+class Careless(Stepper):
+    def move_by(self, x, y, z, speed):
+        logging.warning("a move begins")
+        print("it moves")
+        self.start_move_by(x, y, z, speed)
+        return self.port.read(1).decode()
+
+def is_there(stepper):
+    assert stepper.position() == (800, 0, 0)
+
+def test_of_the_end_state(vimc4):
+    stepper = Careless(vimc4.serial(timeout=1))
+    stepper.reference()
+    stepper.move_by(800, 0, 0, speed=900)
+    is_there(stepper)
+
+def test_of_an_error(vimc4):
+    stepper = Careless(vimc4.serial(timeout=1))
+    stepper.reference()
+    stepper.move_by(800, 0, 0, speed=900)
+    if stepper.position() != (800, 0, 0):
+        pytest.fail("it is elsewhere")
+
+def test_of_what_it_returns(vimc4):
+    stepper = Careless(vimc4.serial(timeout=1))
+    stepper.reference()
+    assert stepper.move_by(800, 0, 0, speed=900) == "0"
+
+def test_of_what_it_raises(vimc4):
+    stepper = Stepper(vimc4.serial(timeout=1))
+    stepper.reference()
+    stepper.move_by(800, 0, 0, speed=900)
+    is_there(stepper)
+'''
+
+
+def test_an_assertion_of_the_test_has_noticed_nothing_for_the_driver(pytester, monkeypatch):
+    pytester.makepyfile(ASSERTING)
+    drivers = Path(__file__).resolve().parents[2] / "examples" / "python"
+    monkeypatch.setenv("PYTHONPATH", str(drivers), prepend=os.pathsep)
+    swept = pytester.runpytest_subprocess("-rN")
+    swept.assert_outcomes(failed=2, passed=2)
+    finding = "only an assertion of the test fails, and the machine is not where it should be (*"
+    verdict = "* points, * outcomes, 1 with something wrong"
+    swept.stdout.fnmatch_lines(
+        [
+            "*test_of_the_end_state*",
+            finding,
+            "  did: *; only an assertion of the test failed",
+            verdict,
+            "*test_of_an_error*",
+            finding,
+            verdict,
+            "*sweeps of vimc4*",
+        ]
+    )
+    # The verdict stands last, and not before what was logged and printed in all runs.
+    swept.stdout.no_fnmatch_line("*Captured*")
+    swept.stdout.no_fnmatch_line("*it moves*")
+
+
+def test_what_no_time_passes_for_is_not_swept(pytester):
+    pytester.makepyfile(
+        """
+        import asyncio
+        import pytest
+
+        pytestmark = [pytest.mark.vimc4("imc-s8"), pytest.mark.vimc4_sweep(harms=["dropped"])]
+
+        async def test_async(vimc4):
+            await vimc4.aio.now()
+
+        def test_awaits(vimc4):
+            asyncio.run(vimc4.aio.run_until_idle())
+
+        @pytest.mark.vimc4(pty=True)
+        def test_pty(vimc4):
+            assert open(vimc4.port)
+
+        def test_tcp(vimc4_start):
+            vimc4_start(tcp="127.0.0.1:0")
+        """
+    )
+    swept = pytester.runpytest_subprocess("-rN")
+    swept.assert_outcomes(errors=4)
+    swept.stdout.fnmatch_lines(
+        [
+            "*ERROR at setup of test_async*",
+            "it cannot be swept: it awaits its controller, *; sweep a test or a driver without `async`",
+            "*ERROR at setup of test_awaits*",
+            "it cannot be swept: it awaits its controller, *",
+            "*ERROR at setup of test_pty*",
+            "it cannot be swept: it opens the controller over a pseudo-terminal, *`vimc4 sweep -- COMMAND`",
+            "*ERROR at setup of test_tcp*",
+            "it cannot be swept: it opens the controller over TCP, *",
         ]
     )
 

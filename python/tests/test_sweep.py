@@ -1,5 +1,6 @@
 """Every fault that can strike a driver, one after the other."""
 
+import asyncio
 import functools
 import os
 import subprocess
@@ -15,7 +16,7 @@ import vimc4 as virtual
 sys.path.insert(0, str(Path(__file__).parent))
 
 from stepper import Stepper
-from sweeping import careful, careless, patient
+from sweeping import assertive, careful, careless, patient
 
 
 def test_a_careful_driver_is_wrong_only_where_no_answer_tells():
@@ -59,6 +60,41 @@ def test_who_goes_round_and_round_is_ended():
         endless, "imc-s8", harms=["power-off"], modes=["persistent"], limit=0.3
     )
     assert [outcome.title for outcome in swept.bad] == ["it hangs"]
+
+
+def asserting(emulator, move=careless):
+    """It leaves it to the assertion of a test to find out where the axis is."""
+    move(emulator)
+    assert Stepper(emulator.serial(timeout=1)).position() == (800, 0, 0)
+
+
+def asserting_the_answer(emulator):
+    """It has no driver: the test itself looks at each answer."""
+    stepper = Stepper(emulator.serial(timeout=1))
+    stepper.reference()
+    stepper.start_move_by(800, 0, 0, speed=900)
+    assert stepper.port.read(1) == b"0"
+
+
+def test_an_assertion_about_the_end_state_has_noticed_nothing_for_the_driver():
+    options = {"model": "imc-s8", "machine": "mill", "modes": ["transient"]}
+    swept = virtual.sweep(asserting, **options, harms=["stop"])
+    titles = {outcome.title for outcome in swept.bad}
+    assert titles == {"only an assertion of the test fails, and the machine is not where it should be"}
+    assert all("only an assertion of the test failed" in outcome.did for outcome in swept.bad)
+    assert any("stopped by STOP" in outcome.should for outcome in swept.bad)
+    # What no answer tells is no less a finding.
+    silent = virtual.sweep(functools.partial(asserting, move=assertive), **options, harms=["misread"])
+    assert any("no answer tells it" in outcome.should or "another answer" in outcome.heard for outcome in silent.bad)
+    # A driver may assert what it is answered, and a test may stand in for a driver.
+    for noticing in (assertive, asserting_the_answer, functools.partial(asserting, move=assertive)):
+        virtual.sweep(noticing, **options, harms=["stop"]).check()
+
+
+def awaiting(emulator):
+    """It awaits time, which only reading lets pass."""
+    emulator.connect().write(b"@07\r")
+    asyncio.run(emulator.aio.run_until_idle())
 
 
 def polling(emulator):
@@ -123,6 +159,7 @@ class Awaited:
         (Awaited(), {}, TypeError, "be done when it returns"),
         (functools.partial(awaited), {}, TypeError, "be done when it returns"),
         (lambda emulator: (yield), {}, TypeError, "be done when it returns"),
+        (awaiting, {}, virtual.Error, "it awaits its controller, and in a sweep time passes only while"),
         (3, {}, TypeError, "3 cannot be called"),
         (broken, {}, virtual.Error, "it never works"),
         (careful, {"harms": []}, ValueError, "there are no harms to try"),

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import inspect
 import json
 import math
 import operator
 import os
+import sys
 import threading
 import time
+import traceback
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple, NoReturn
 
 from . import _vimc4
 from ._emulator import Emulator
-from ._errors import Error
+from ._errors import Error, Unfinished, Unmet
 from ._named import named
 from ._scope import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ._types import Harm, Mode
+    from ._types import Ending, Harm, Mode
 
 Drive = Callable[[Emulator], object]
 
@@ -86,17 +89,43 @@ class Swept(Error, AssertionError):
     """A driver does something wrong where something goes wrong."""
 
 
+class Unsweepable(Error):
+    """What is to be swept uses its controller in a way in which no time passes."""
+
+
 class _Tried(Emulator):
     """An emulator that a driver is tried with. Time passes while one of its ports is read, and at once; a
     time-out is over as soon as nothing can come any more."""
 
     _tried = True
 
+    def __init__(self, *args: Any, **options: Any) -> None:
+        for option, way in OUTSIDE.items():
+            if options.get(option) not in (None, False):
+                raise Unsweepable(
+                    f"it opens the controller over {way}, and in a sweep time passes only while a port from serial() "
+                    "or connect() is read; open one of these, or sweep the program with `vimc4 sweep -- COMMAND`"
+                )
+        super().__init__(*args, **options)
+
+    @property
+    def aio(self) -> NoReturn:
+        raise Unsweepable(AWAITS)
+
     def close(self) -> None:
         if not self.closed:
             # What the driver has written last has arrived, also if it is the driver that ends it.
             self._core.given().wait()
         super().close()
+
+
+OUTSIDE = {"pty": "a pseudo-terminal", "tcp": "TCP", "rfc2217": "RFC 2217", "serial": "a real serial port"}
+"""Ways to a controller on which nothing says when somebody waits for it."""
+
+AWAITS = (
+    "it awaits its controller, and in a sweep time passes only while a port from serial() or connect() is read; "
+    "sweep a test or a driver without `async`"
+)
 
 
 class _Task(NamedTuple):
@@ -115,8 +144,8 @@ class _Task(NamedTuple):
 class _Ran(NamedTuple):
     """A run of a driver."""
 
-    code: int | None
-    """How it has ended, as a program would: 0 is success. None if it has not."""
+    ending: Ending
+    """How it has ended."""
     given: str
     """What it has given."""
     error: BaseException | None = None
@@ -187,8 +216,10 @@ def sweep(
     """Tries a driver once without a fault, and then once for each point at which something can go wrong:
     each byte each way, each command, each part of a motion.
 
-    :param drive: gets an emulator and uses it; it reports success by returning, and an error by raising. An
-        expectation that is not met is one. It is run twice without a fault, and has to send the same
+    :param drive: gets an emulator and uses it; it reports success by returning, and an error by raising. Its own
+        ``assert``, and an expectation that is not met, is an error only if it is about the first wrong answer
+        itself: an assertion about the position at the end does not count as noticed. It is run twice without a
+        fault, and has to send the same
     :param model: a built-in name or a profile file
     :param machine: a built-in name or a profile file
     :param executor: any of ``concurrent.futures``, also of Dask; this thread if there is none. Where it
@@ -205,7 +236,7 @@ def sweep(
         port is left behind as a thread of the background
     :param progress: called with how many points are done and how many there are to do
     """
-    if not _is_done_when_it_returns(drive):
+    if not is_done_when_it_returns(drive):
         raise TypeError(
             f"{drive!r} cannot be called and be done when it returns; give a function that gets an emulator"
         )
@@ -229,8 +260,10 @@ def sweep(
     clean = []
     for _ in range(2):
         ran = _run(task, None, 0)
-        if ran.code != 0:
-            if ran.code is None:
+        if isinstance(ran.error, Unsweepable):
+            raise ran.error
+        if ran.ending != "returned":
+            if ran.ending == "hung":
                 raise Error(f"the driver {unended(task.limit, limit)}")
             raise Error(f"the driver raises {ran.error!r} although nothing is broken; mend that first") from ran.error
         clean.append(ran.given)
@@ -307,7 +340,41 @@ def summary(points: int, found: list[Broken]) -> str:
     return f"{part}{', '.join(words)}, {bad or 'none'} with something wrong"
 
 
-def _is_done_when_it_returns(drive: Any) -> bool:
+ASSERTING = frozenset(("_pytest", "contextlib", "hamcrest", "numpy", "pandas", "pluggy", "pytest", "unittest", "vimc4"))
+"""Packages that raise what a test asserts."""
+
+
+def ending(error: BaseException | None, own: Callable[[str], bool]) -> Ending:
+    """How a run has ended that has raised this. ``own`` says whether a file is the test's own: a failed assertion
+    there is none of the driver."""
+    if error is None:
+        return "returned"
+    if isinstance(error, GivenUp):
+        return "hung"
+    if isinstance(error, (Unmet, Unfinished)):
+        return "asserted"
+    pytest = sys.modules.get("pytest")
+    failed = AssertionError if pytest is None else (AssertionError, pytest.fail.Exception)
+    if not isinstance(error, failed):
+        return "raised"
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
+    raised_in = [
+        frame.f_code.co_filename
+        for frame in frames
+        if frame.f_globals.get("__name__", "").partition(".")[0] not in ASSERTING
+    ]
+    return "asserted" if not raised_in or own(raised_in[-1]) else "raised"
+
+
+def file_of(drive: Any) -> str | None:
+    """The file in which a driver is written."""
+    while isinstance(drive, functools.partial):
+        drive = drive.func
+    code = getattr(inspect.unwrap(drive), "__code__", None) or getattr(type(drive).__call__, "__code__", None)
+    return None if code is None else code.co_filename
+
+
+def is_done_when_it_returns(drive: Any) -> bool:
     """Whether calling it does what it does: neither a coroutine nor a generator is begun by that."""
     sorts = (inspect.iscoroutinefunction, inspect.isgeneratorfunction, inspect.isasyncgenfunction)
     called = (drive, getattr(drive, "__call__", None))
@@ -390,7 +457,7 @@ def _try(task: _Task, points: Iterable[int]) -> list[str]:
     judged = []
     for point in points:
         ran = _run(task, session, point)
-        judged.append(session.judge(point, ran.given, ran.code))
+        judged.append(session.judge(point, ran.given, ran.ending))
     return judged
 
 
@@ -418,9 +485,10 @@ def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
         Marks(()).outcome(emulator)
         if hung:
             _end(driver)
-    if hung or not ended or isinstance(ended[0], GivenUp):
-        return _Ran(None, given)
-    return _Ran(0 if ended[0] is None else 1, given, ended[0])
+    if hung or not ended:
+        return _Ran("hung", given)
+    own = file_of(task.drive)
+    return _Ran(ending(ended[0], lambda file: file == own), given, ended[0])
 
 
 def _end(driver: threading.Thread) -> None:

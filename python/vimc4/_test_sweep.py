@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
@@ -13,10 +14,27 @@ from _pytest.runner import runtestprotocol
 
 from . import _vimc4
 from ._errors import Error
-from ._sweep import PATIENCE, GivenUp, Swept, _Tried, begun_twice, chosen, longest, outcomes, patience, summary, unended
+from ._sweep import (
+    AWAITS,
+    PATIENCE,
+    GivenUp,
+    Swept,
+    Unsweepable,
+    _Tried,
+    begun_twice,
+    chosen,
+    ending,
+    is_done_when_it_returns,
+    longest,
+    outcomes,
+    patience,
+    summary,
+    unended,
+)
 
 if TYPE_CHECKING:
     from ._emulator import Emulator
+    from ._types import Ending
 
 SWEPT = "vimc4 sweep"
 """The property of a report that says in words what has come of a sweep."""
@@ -38,7 +56,8 @@ class Trial:
         self.refusal = refusal
         """Why the test cannot be swept, which is raised in its place."""
         self._emulator: Emulator | None = None
-        self._failed = self._hung = False
+        self._error: BaseException | None = None
+        self._hung = False
         self.given = "[]"
         self.site: tuple[Any, Any] = ("imc4", "bench")
         self.recorded = False
@@ -55,9 +74,13 @@ class Trial:
             folder = request.getfixturevalue("tmp_path_factory").mktemp("vimc4-sweep")
             self.recording = str(folder / f"case-{self._point}.jsonl")
         self.site = (options.get("model", "imc4"), options.get("machine", "bench"))
-        self._emulator = _Tried(
-            *self.site, "manual", record=False, coverage=False, recording=self.recording, **others
-        )
+        try:
+            self._emulator = _Tried(
+                *self.site, "manual", record=False, coverage=False, recording=self.recording, **others
+            )
+        except Unsweepable as error:
+            self.refusal = error
+            raise
         if self._session is not None:
             self._session.begin(self._emulator._core, self._point)
         return self._emulator
@@ -69,17 +92,25 @@ class Trial:
 
     def take(self, report: pytest.TestReport, call: pytest.CallInfo[None]) -> None:
         """Takes note of a phase of the test. Whether it is expected to fail is for its own report."""
-        self._failed |= call.excinfo is not None
-        self._hung |= call.excinfo is not None and call.excinfo.errisinstance(GivenUp)
+        error = None if call.excinfo is None else call.excinfo.value
+        if isinstance(error, Unsweepable):
+            self.refusal = error
+        self._hung |= isinstance(error, GivenUp)
+        if self._error is None:
+            self._error = error
 
     def give_up(self) -> None:
         """It has not ended."""
         self._hung = True
 
-    @property
-    def code(self) -> int | None:
-        """How the test has ended, as a program would: 0 is success. None if it has not."""
-        return None if self._hung else int(self._failed)
+    def ending(self, item: pytest.Function) -> Ending:
+        """How the test has ended. Its module and the files ``conftest.py`` are its own."""
+        own = str(item.path)
+        return "hung" if self._hung else ending(self._error, lambda file: file == own or is_conftest(file))
+
+
+def is_conftest(file: str) -> bool:
+    return os.path.basename(file) == "conftest.py"
 
 
 TRIAL: pytest.StashKey[Trial | None] = pytest.StashKey()
@@ -135,6 +166,8 @@ def _sweep(
             "the test has no controller among its arguments; name the fixture `vimc4` or `vimc4_start` there, because one "
             "that request.getfixturevalue starts comes too late"
         )
+    if not is_done_when_it_returns(item.function):
+        raise Unsweepable(AWAITS)
     began, clean = time.monotonic(), []
     for _ in range(2):
         trial = Trial()
@@ -142,9 +175,9 @@ def _sweep(
         _run(item, item.parent, trial, patience(limit))
         if trial.refusal is not None:
             raise trial.refusal
-        if trial.code is None:
+        if trial.ending(item) == "hung":
             raise Error(f"it {unended(patience(limit), limit)}")
-        if trial.code != 0:
+        if trial.ending(item) != "returned":
             # Its own report says so, unless it does not fail again.
             return "", Error("it cannot be swept: without a fault it fails one time, and another time it does not")
         clean.append(trial.given)
@@ -154,12 +187,13 @@ def _sweep(
     for point in range(session.points):
         trial = Trial(session, point)
         _run(item, item.parent, trial, limit)
-        results.add(session.judge(point, trial.given, trial.code))
+        results.add(session.judge(point, trial.given, trial.ending(item)))
     found = outcomes(results)
     bad = [outcome for outcome in found if outcome.bad]
     told = summary(session.points, found)
     cases = [f"{outcome}\n{_recorded(item, session, outcome.point, limit)}" for outcome in bad]
-    return told, Swept("\n\n".join([told, *cases])) if bad else None
+    # How it has ended stands last, where a long report is read first.
+    return told, Swept("\n\n".join([*cases, told])) if bad else None
 
 
 def _recorded(
@@ -176,8 +210,9 @@ def _run(
     item: pytest.Function, nextitem: Any, trial: Trial, limit: float
 ) -> list[pytest.TestReport]:
     item.stash[TRIAL] = trial
-    # Its fixtures begin anew.
+    # Its fixtures begin anew, and what it has logged and printed in another run is not said again.
     item._initrequest()
+    item._report_sections.clear()
     try:
         with _given_up_after(limit):
             return runtestprotocol(item, log=False, nextitem=nextitem)

@@ -215,6 +215,9 @@ Harm = Literal[
 ]  # fmt: skip
 """What goes wrong in a sweep."""
 
+Ending = Literal["returned", "raised", "asserted", "hung"]
+"""How a run of a driver has ended: ``asserted`` if only an assertion of its test failed."""
+
 Mode = Literal["transient", "persistent", "compound"]
 """How it goes wrong: once, from then on, or once with a second fault while the driver recovers."""
 

@@ -17,6 +17,7 @@ from ._types import (
     CoverageTotals,
     CoveredCommand,
     Effect,
+    Ending,
     Event,
     FaultView,
     Move,
@@ -244,7 +245,7 @@ class SweepSession:
     def difference(self, again: SweepSession) -> str | None: ...
     def describe(self, number: int) -> str: ...
     def begin(self, core: Core, number: int) -> None: ...
-    def judge(self, number: int, given: str, code: int | None) -> str: ...
+    def judge(self, number: int, given: str, ending: Ending) -> str: ...
 
 @final
 class SweepResults:

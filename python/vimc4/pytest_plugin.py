@@ -328,8 +328,9 @@ def pytest_runtest_makereport(
             report.outcome = "failed"
             vars(report).pop("wasxfail", None)
         if report.failed and raised is not None and (raised is trial.failure or raised is trial.refusal):
-            # It was not raised by a line of the test.
+            # It was not raised by a line of the test, and the log of a run without a fault does not explain it.
             report.longrepr = str(raised)
+            report.sections.clear()
         return report
     if report.when == "setup":
         item.stash[_FAILED] = False

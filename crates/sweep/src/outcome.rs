@@ -24,6 +24,8 @@ pub enum Exit {
     Signal(i32),
     /// It did not end in time.
     Hung,
+    /// The host itself reported nothing, but an assertion of its test failed.
+    Asserted,
 }
 
 /// The first thing that the host heard otherwise than without the fault.
@@ -93,7 +95,8 @@ pub enum Verdict {
     Crashed,
     /// It moved axes of which the controller did not know where they are.
     MovedUnreferenced,
-    /// It reported success, and the machine is not where it should be.
+    /// It reported success, or left the error to an assertion of its test, and the machine is not where it
+    /// should be.
     FalseSuccess,
 }
 
@@ -146,6 +149,9 @@ impl Outcome {
             (Some(Verdict::Hung), ..) => "it hangs",
             (Some(Verdict::Crashed), ..) => "it crashes",
             (Some(Verdict::MovedUnreferenced), ..) => "it moves before it has made a reference run",
+            (Some(Verdict::FalseSuccess), Exit::Asserted, _) => {
+                "only an assertion of the test fails, and the machine is not where it should be"
+            }
             (Some(Verdict::FalseSuccess), ..) => {
                 "it reports success, but the machine is not where it should be"
             }
@@ -156,6 +162,9 @@ impl Outcome {
             }
             (None, Exit::Played, _) => "the answers differ, and so does the place of the machine",
             (None, Exit::Code(0), _) => "it finishes, and the machine is where it should be",
+            (None, Exit::Asserted, MachineEnd::InPlace | MachineEnd::Miscounted) => {
+                "an assertion of the test fails, and the machine is where it should be"
+            }
             (None, ..) => "it reports an error",
         }
     }
@@ -202,6 +211,7 @@ impl Outcome {
             Exit::Code(code) => format!("{went_on}; exit code {code}: an error"),
             Exit::Signal(signal) => format!("{went_on}; killed by signal {signal}"),
             Exit::Hung => format!("{went_on}; did not end within the time limit"),
+            Exit::Asserted => format!("{went_on}; only an assertion of the test failed"),
         }
     }
 
@@ -281,11 +291,22 @@ pub(crate) fn part(clean: &Account, seen: &Account, before: usize, exit: Exit) -
     if exit != Exit::Played && seen.unreferenced.iter().any(|axis| known(&axis)) {
         verdicts.push(Verdict::MovedUnreferenced);
     }
-    if exit == Exit::Code(0) && is_elsewhere {
+    let is_silent = match exit {
+        Exit::Code(0) => true,
+        Exit::Asserted => !is_about_answer(cue.as_ref(), seen_rest),
+        _ => false,
+    };
+    if is_silent && is_elsewhere {
         verdicts.push(Verdict::FalseSuccess);
     }
     let powered = seen.end.powered;
     Parting { outcome: Outcome { verdicts, exit, cue, then, machine, powered }, cue: place }
+}
+
+/// Whether an assertion of the test is about the wrong answer itself, which the host has returned to it: nothing
+/// was said since. What a longer answer says, such as a position, is the end state that the test asks for.
+fn is_about_answer(cue: Option<&Cue>, rest: &[Exchange]) -> bool {
+    rest.is_empty() && cue.is_some_and(|cue| cue.heard != Heard::Otherwise)
 }
 
 /// What is answered otherwise in lines that are what they are.

@@ -162,6 +162,40 @@ fn a_host_that_moves_after_a_power_failure_is_caught() {
     }
 }
 
+/// An assertion of the test is the host's own only where it is about the wrong answer itself: what the host goes
+/// on after, or what no answer tells, it has not noticed.
+#[test]
+fn an_assertion_of_the_test_has_noticed_nothing_for_the_host() {
+    let choice = Choice { live: true, ..Choice::default() };
+    let session = session(&LINES, &choice);
+    let judged = |place, harm, lines: &[&str]| {
+        let number = number(&session, place, harm, Mode::Transient);
+        let faults = session.begin(&session.plan().point(number).unwrap());
+        let faults = faults.into_iter().map(|input| TimedInput { at: Time::ZERO, input });
+        let given: Vec<TimedInput> = faults.chain(inputs(lines).0).collect();
+        let (found, case) = session.judge(number, &given, Exit::Asserted).unwrap();
+        (found.outcome, case)
+    };
+    let motion = session.clean().motions.iter().position(|motion| !motion.references).unwrap();
+    let stopped = Place::Motion(motion, 2);
+    // It passes F over and goes on, and the test finds the axis elsewhere.
+    let (outcome, case) = judged(stopped, Harm::Stop, &LINES);
+    assert_eq!(outcome.verdicts, [Verdict::FalseSuccess]);
+    assert_eq!(
+        outcome.title(),
+        "only an assertion of the test fails, and the machine is not where it should be"
+    );
+    assert!(outcome.did().ends_with("only an assertion of the test failed"), "{}", outcome.did());
+    assert!(case.should.unwrap().contains("stopped by STOP"));
+    // It returns F, and the test expects another answer.
+    let (outcome, _) = judged(stopped, Harm::Stop, &LINES[..3]);
+    assert_eq!(outcome.verdicts, []);
+    // Only the position tells of a digit that was lost, and it is the test that compares it.
+    let digit = LINES[..2].iter().map(|line| line.len() + 1).sum::<usize>() + 5;
+    let (outcome, _) = judged(Place::ToController(digit), Harm::Dropped, &LINES);
+    assert_eq!(outcome.verdicts, [Verdict::FalseSuccess]);
+}
+
 #[test]
 fn shards_share_all_points_and_put_together_they_are_the_whole() {
     let session = session(&LINES[..3], &Choice::default());
