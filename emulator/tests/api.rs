@@ -291,7 +291,7 @@ fn a_command_that_has_not_begun_is_not_looked_at() -> Outcome {
     for number in [3, 99] {
         let (status, refused) = ask("POST", "/history/go", json!({ "command": number }));
         let detail = refused["detail"].as_str().unwrap_or_default();
-        assert_eq!(status, 422, "{detail}");
+        assert_eq!(status, 404, "{detail}");
         assert!(
             detail.contains(&format!("no command with the number {number} has begun here")),
             "{detail}"
@@ -317,7 +317,7 @@ fn a_command_that_has_not_begun_is_not_looked_at() -> Outcome {
         assert_eq!(ask("POST", "/history/go", json!({ named: 1 })).0, 200);
     }
     let (status, unknown) = ask("POST", "/history/go", json!({ "entry": 9_999 }));
-    assert_eq!((status, &unknown["detail"]), (422, &json!("no entry has the number 9999")));
+    assert_eq!((status, &unknown["detail"]), (404, &json!("there is no entry 9999")));
     Ok(())
 }
 
@@ -391,12 +391,15 @@ fn the_past_is_looked_at_branches_and_is_taken_over() -> Outcome {
         (json!({ "order": "run until x > 1" }), 422),
         (json!({ "order": "quit" }), 422),
         (json!({ "order": "press nonsense" }), 422),
+        (json!({ "order": "" }), 422),
+        (json!({ "send": "" }), 422),
         (json!({ "order": "press stop", "send": "x" }), 400),
         (json!({}), 400),
     ] {
         assert_eq!(ask("POST", "/history/do", wrong.clone()).0, status, "{wrong}");
     }
-    assert_eq!(ask("POST", "/history/go", json!({ "branch": 7 })).0, 422);
+    assert_eq!(ask("POST", "/history/go", json!({ "branch": 7 })).0, 404);
+    assert_eq!(ask("GET", "/history/entries?branch=7", Value::Null).0, 404);
     for wrong in [json!({ "at": -1 }), json!({ "entry": -1 }), json!({ "branch": -1 })] {
         assert_eq!(ask("POST", "/history/go", wrong.clone()).0, 400, "{wrong}");
     }
@@ -636,14 +639,16 @@ fn remedies_can_be_followed() -> Outcome {
         ("/debugger", line("goto command 99"), "`list commands` shows"),
         ("/debugger", line("continue soon"), "a span of time is such as"),
         ("/debugger", line("assert x = 77"), "the line `help assert` explains it"),
-        ("/history/go", json!({ "command": 999_999 }), "the journal has"),
-        ("/history/go", json!({ "command": 0 }), "the journal has"),
         ("/history/do", json!({ "order": "foo" }), "GET the orders, which lists them"),
         ("/orders", json!({ "order": "step" }), "GET the orders, which lists them"),
         ("/history/do", json!({ "order": "pres stop" }), "GET the orders, which lists them"),
     ] {
         let (status, detail, said) = refused(path, body);
         assert!(status == 422 && said.contains(remedy), "{path}: {detail}; {said}");
+    }
+    for number in [999_999, 0] {
+        let (status, detail, said) = refused("/history/go", json!({ "command": number }));
+        assert!(status == 404 && said.contains("the journal has"), "{detail}; {said}");
     }
     for (value, remedy) in
         [(json!("x"), "0 or 1, as a number"), (json!("1"), "0 or 1, as a number")]
@@ -950,11 +955,15 @@ fn those_who_look_are_in_nobodys_way() -> Outcome {
     assert_eq!(get("/clock")["paused"]["by"], "the API");
     assert_eq!(ask("POST", "/clock/resume", Value::Null).0, 200);
 
-    // What is refused stops no time.
-    for (path, body) in
-        [("/debugger", json!({ "line": "stpe" })), ("/history/go", json!({ "branch": 7 }))]
-    {
-        assert_eq!(ask("POST", path, body).0, 422, "{path}");
+    // What is refused stops no time. Where no debugger is open no moment is looked at, and none is taken.
+    for (path, body, status) in [
+        ("/debugger", json!({ "line": "stpe" }), 422),
+        ("/history/go", json!({ "branch": 7 }), 404),
+        ("/history/take", json!({}), 409),
+        ("/history/take", json!({ "branch": 0 }), 409),
+    ] {
+        let (answered, said) = ask("POST", path, body);
+        assert_eq!(answered, status, "{path}: {said}");
         assert_eq!(get("/clock")["paused"], Value::Null, "{path}");
     }
 

@@ -278,6 +278,9 @@ pub fn bytes_of(text: &str) -> Result<Vec<u8>, Problem> {
     })
 }
 
+/// What a request without any bytes to send is answered.
+pub const NO_BYTES: &str = "there are no bytes to send";
+
 /// A span of time as a request says it.
 ///
 /// # Errors

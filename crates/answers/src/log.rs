@@ -8,7 +8,7 @@ use crate::entry::{is_kind, kind, list, unknown_kind};
 use crate::feed::Feed;
 use crate::fields::number_of;
 use crate::limits::PAGE;
-use crate::problem::Problem;
+use crate::problem::{Kind, Problem};
 
 /// The entries that a query of the journal wants.
 #[derive(Debug)]
@@ -31,6 +31,11 @@ impl Wanted<'_> {
         if let Some(wrong) = kinds.iter().flatten().find(|kind| !is_kind(kind)) {
             return Err(unknown_kind(wrong));
         }
+        if limit == 0 {
+            // A client that goes on from `next` would ask for ever.
+            let remedy = format!("write a number from 1 to {PAGE}, as in limit=200");
+            return Err(Problem::new(Kind::WrongRequest, "`limit=0` asks for no entries", remedy));
+        }
         let search = query.get("search").map(|search| search.to_lowercase());
         Ok(Wanted { after, most: PAGE.min(limit), kinds, search })
     }
@@ -48,7 +53,6 @@ impl Wanted<'_> {
         let entries: Vec<_> = wanted.take(*most).collect();
         let next = match entries.last() {
             Some(last) if entries.len() == *most => last.number,
-            None if *most == 0 => (*after).min(part.last),
             // What is to come cannot have been seen.
             _ => part.last,
         };

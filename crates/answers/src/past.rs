@@ -15,7 +15,7 @@ use vimc4_device::{
 use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};
 
 use crate::feed::{Feed, Item};
-use crate::fields::bytes_of;
+use crate::fields::{NO_BYTES, bytes_of};
 use crate::problem::{Kind, Problem};
 
 /// The remedy of a line of the debugger whose refusal says none itself.
@@ -36,7 +36,27 @@ pub fn wrong_line(line: &str, why: &str) -> Problem {
 /// Why a look at the past was refused.
 #[must_use]
 pub fn wrong_look(why: &str) -> Problem {
-    refused(why, "GET the history, which tells the moments and the branches that there are")
+    let otherwise = "GET the history, which tells the moments and the branches that there are";
+    let mut problem = refused(why, otherwise);
+    if MISSING.iter().any(|missing| why.starts_with(missing)) {
+        problem.kind = Kind::NoSuchThing;
+    }
+    problem
+}
+
+/// So begins every refusal of a branch, a command or an entry that is not there.
+const MISSING: [&str; 4] = [
+    "there is no branch",
+    "there is no command",
+    "no command with the number",
+    "there is no entry",
+];
+
+/// What a request about the moment that is looked at is answered while no debugger is open.
+#[must_use]
+pub fn not_open() -> Problem {
+    let remedy = "POST to history/go, which opens it; the journal has what happened";
+    Problem::new(Kind::NotNow, "the debugger is not open", remedy)
 }
 
 /// Why the debugger has refused something, with this remedy if it says none itself. With a request that was
@@ -94,7 +114,7 @@ impl Entry {
         let (before, own, onwards) = split
             .and_then(|(before, onwards)| Some((before, onwards.first()?, onwards)))
             .ok_or_else(|| {
-                format!("no entry has the number {number}; the journal has those that are kept")
+                format!("there is no entry {number}; the journal has those that are kept")
             })?;
         let leaves = |item: &&Arc<Item>| {
             matches!(item.report.news(), Some(News::Deed { deed: Deed::Restore, .. }))
@@ -257,6 +277,11 @@ pub fn deed(body: &Map<String, Value>, names: &Names) -> Result<String, Problem>
     let text = |name: &str| body.get(name).and_then(Value::as_str);
     match (text("order"), text("send")) {
         (Some(order), None) => ordered(order, names),
+        (None, Some("")) => Err(Problem::new(
+            Kind::NotUnderstood,
+            NO_BYTES,
+            "send some, such as {\"send\":\"@0P\\r\"}",
+        )),
         (None, Some(send)) => Ok(format!("sendraw {}", escape(&bytes_of(send)?))),
         _ => {
             let detail = "what is to be done is an order, or bytes to send";
@@ -599,6 +624,6 @@ mod tests {
             assert!(problem.document()["remedy"].as_str().is_some_and(|it| it.contains("again")));
         }
         assert_eq!(wrong_line("whi", "there is no command `whi`").status(), 422);
-        assert_eq!(wrong_look("there is no branch 5").status(), 422);
+        assert_eq!(wrong_look("there is no branch 5").status(), 404);
     }
 }

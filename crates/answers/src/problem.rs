@@ -4,7 +4,9 @@ use std::fmt::Display;
 
 use serde_json::json;
 use vimc4_control::{ClockError, ControlError};
-use vimc4_device::{ConditionError, FaultError, MemoryError, OrderError, RuleError};
+use vimc4_device::{
+    ConditionError, DeedError, FaultError, MemoryError, OrderError, RuleError, problem_and_remedy,
+};
 use vimc4_journal::expect::Mistake;
 
 /// A kind of problem, which a program can tell from others by its name.
@@ -20,6 +22,8 @@ pub enum Kind {
     WrongType,
     /// The body is too large.
     TooLarge,
+    /// The request was not whole in time.
+    TooSlow,
     /// Words, a name or a value mean nothing.
     NotUnderstood,
     /// It cannot be done, or not now.
@@ -37,8 +41,8 @@ pub enum Kind {
 }
 
 /// Every kind, with its name, its status and what it means.
-pub const KINDS: [(Kind, &str, u16, &str); 12] = [
-    (Kind::NoSuchThing, "no-such-thing", 404, "There is nothing at this address"),
+pub const KINDS: [(Kind, &str, u16, &str); 13] = [
+    (Kind::NoSuchThing, "no-such-thing", 404, "There is nothing at this address or of this name"),
     (Kind::WrongMethod, "wrong-method", 405, "This address takes another method"),
     (
         Kind::WrongRequest,
@@ -48,6 +52,7 @@ pub const KINDS: [(Kind, &str, u16, &str); 12] = [
     ),
     (Kind::WrongType, "wrong-type", 415, "The body is not said to be JSON"),
     (Kind::TooLarge, "too-large", 413, "The body is too large"),
+    (Kind::TooSlow, "too-slow", 408, "The request did not arrive in time"),
     (
         Kind::NotUnderstood,
         "not-understood",
@@ -62,21 +67,7 @@ pub const KINDS: [(Kind, &str, u16, &str); 12] = [
     (Kind::Ended, "ended", 503, "The controller has ended"),
 ];
 
-/// The errors of the library have the form `what is wrong; what would be right`: takes the two apart. What is
-/// quoted between backquotes may have semicolons of its own.
-///
-/// ```
-/// use vimc4_answers::problem::parted;
-///
-/// let text = "`cover a; b` is wrong at `a; b`; it can be open or closed";
-/// assert_eq!(parted(text), Some(("`cover a; b` is wrong at `a; b`", "it can be open or closed")));
-/// ```
-#[must_use]
-pub fn parted(text: &str) -> Option<(&str, &str)> {
-    let is_outside = |place: usize| text[..place].matches('`').count().is_multiple_of(2);
-    let (place, between) = text.match_indices("; ").find(|(place, _)| is_outside(*place))?;
-    Some((&text[..place], &text[place + between.len()..]))
-}
+pub use vimc4_device::parted;
 
 /// What went wrong with a request: a problem document of RFC 9457, with the remedy.
 #[derive(Clone, Debug)]
@@ -147,14 +138,8 @@ impl Problem {
     /// Words that are wrong somewhere, and what would be right there.
     fn of_words(error: &impl Display, right: &str) -> Problem {
         let text = error.to_string();
-        let detail = text.strip_suffix(right).and_then(|before| before.strip_suffix(": "));
-        match detail {
-            // It may have a remedy of its own.
-            Some(detail) if parted(right).is_none() => {
-                Problem::new(Kind::NotUnderstood, detail, right)
-            }
-            _ => Problem::said(Kind::NotUnderstood, &text, ""),
-        }
+        let (problem, remedy) = problem_and_remedy(&text, right);
+        Problem::new(Kind::NotUnderstood, problem, remedy)
     }
 
     /// With this remedy, if it has none of its own and that may be what was wrong.
@@ -201,6 +186,7 @@ impl From<ControlError> for Problem {
     fn from(error: ControlError) -> Problem {
         let kind = match &error {
             ControlError::Ended => Kind::Ended,
+            ControlError::Deed(DeedError::NoSignal { .. }) => Kind::NoSuchThing,
             ControlError::Deed(_) => Kind::NotUnderstood,
             _ => Kind::NotNow,
         };
@@ -211,7 +197,7 @@ impl From<ControlError> for Problem {
                 "POST to clock/resume, or to clock/step for the next thing only",
             ),
             ControlError::NotPaused => {
-                Problem::new(kind, "time goes on", "POST to clock/pause before it")
+                Problem::new(kind, "time is not paused", "POST to clock/pause before it")
             }
             ControlError::Cancelled { at } => Problem::new(
                 kind,

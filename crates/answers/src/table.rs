@@ -72,7 +72,7 @@ const IMAGE: &[Field] =
     &[Field::needed("image", Of::Image, "as in the file of --flash", "vimc4 flash 1\n")];
 const PAGE: &[Field] = &[
     Field::optional("after", Of::Number, "only entries behind this number", "0"),
-    Field::optional("limit", Of::Number, "no more of them, 1,000 at most", "200"),
+    Field::optional("limit", Of::Number, "no more of them, 1 to 1,000", "200"),
     Field::optional("kinds", Of::Text, "only entries of these kinds", "command,answer"),
     Field::optional("search", Of::Text, "only entries with this text in them", "@0A"),
 ];

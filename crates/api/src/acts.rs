@@ -10,7 +10,7 @@ use vimc4::{
     BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order,
     Pause, Scenario, ScenarioNumber, Time, Verb,
 };
-use vimc4_answers::fields::{bytes_of, clock_of, no_such, span_of};
+use vimc4_answers::fields::{NO_BYTES, bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
 use vimc4_answers::log::Wanted;
 use vimc4_answers::past::{self, Sight};
@@ -125,6 +125,10 @@ pub(crate) async fn set_signal(call: Call) -> Outcome {
 
 pub(crate) async fn send(call: Call) -> Outcome {
     let bytes = bytes_of(call.text("send"))?;
+    if bytes.is_empty() {
+        call.controller()?;
+        return done(&Effect::Nothing { why: Some(NO_BYTES) });
+    }
     call.controller()?.control.inject(OwnedInput::Bytes(bytes.into())).await?;
     done(&Effect::Something)
 }
@@ -483,14 +487,22 @@ pub(crate) async fn do_there(call: Call) -> Outcome {
 }
 
 pub(crate) async fn take(call: Call) -> Outcome {
+    needs_debugger(&call).await?;
     ask_debugger(&call, Question::Take(Sight::of(&call.body))).await
 }
 
-pub(crate) async fn history_entries(call: Call) -> Outcome {
-    if !call.controller()?.desk.is_open().await {
-        let remedy = "POST to history/go, which opens it; the journal has what happened";
-        return Err(Problem::new(Kind::NotNow, "the debugger is not open", remedy));
+/// Refuses requests about the moment that is looked at while there is none: to open the debugger would pause the
+/// controller.
+async fn needs_debugger(call: &Call) -> Result<(), Problem> {
+    // Without one that could be opened, that is what is refused.
+    match call.controller()?.desk.is_open().await || call.app.debugger.is_none() {
+        true => Ok(()),
+        false => Err(past::not_open()),
     }
+}
+
+pub(crate) async fn history_entries(call: Call) -> Outcome {
+    needs_debugger(&call).await?;
     let branch = call.query.get("branch").and_then(|branch| branch.parse().ok());
     let names = Box::new(call.app.names.clone());
     ask_debugger(&call, Question::Entries(branch, names)).await

@@ -311,7 +311,7 @@ async fn take(
         Err(_) => {
             let detail = format!("the body was not whole within {} s", PATIENCE.as_secs());
             let remedy = "send it at once, and as many bytes as Content-Length says";
-            return Err(Problem::new(Kind::WrongRequest, detail, remedy));
+            return Err(Problem::new(Kind::TooSlow, detail, remedy));
         }
     };
     let body = body(route.body, content_of(&parts.headers), &bytes)?;

@@ -272,7 +272,12 @@ fn time_is_led() {
     let none = served.send("PUT", "/v1/controllers/1/clock", &json!({ "clock": "0x" }));
     assert_eq!(none.status, 422);
     assert!(none.json()["remedy"].as_str().is_some_and(|it| it.starts_with("leave this one")));
-    assert_eq!(post("/clock/step", Value::Null).status, 409);
+    // Time stands still by itself here, and a step is for a controller whose time is paused.
+    let step = post("/clock/step", Value::Null);
+    assert_eq!((step.status, &step.json()["detail"]), (409, &json!("time is not paused")));
+    assert_eq!(step.json()["remedy"], "POST to clock/pause before it");
+    assert_eq!(post("/clock/pause", Value::Null).status, 200);
+    assert_eq!(post("/clock/step", Value::Null).json()["step"], "rest");
 
     let served = serve(Clock::Real, 1, None);
     let post = |path: &str| served.send("POST", &format!("/v1/controllers/1{path}"), &Value::Null);
@@ -368,7 +373,7 @@ fn states_faults_rules_and_breakpoints_come_and_go() {
     assert_eq!(signal("cover", json!(0)).json()["effect"], "nothing");
     assert_eq!(signal("limit%20x+", json!(1)).status, 200);
     assert_eq!(signal("cover", json!("shut")).status, 422);
-    assert_eq!(signal("lid", json!(1)).status, 422);
+    assert_eq!(signal("lid", json!(1)).status, 404);
     let cover = list("/signals");
     let cover = cover.as_array().unwrap().iter().find(|signal| signal["name"] == "cover");
     assert_eq!(cover.unwrap()["value"], 0);
@@ -652,8 +657,13 @@ fn the_journal_is_read_in_pages() {
         let beyond = page(&format!("?after={after}")).json();
         assert_eq!((&beyond["entries"], &beyond["next"]), (&json!([]), &all["last"]));
     }
-    let none = page("?after=3&limit=0").json();
-    assert_eq!((&none["entries"], &none["next"]), (&json!([]), &json!(3)));
+    // Whoever asks for no entries would do so for ever.
+    let none = page("?after=3&limit=0");
+    assert_eq!(
+        (none.status, &none.json()["detail"]),
+        (400, &json!("`limit=0` asks for no entries"))
+    );
+    assert_eq!(none.json()["remedy"], "write a number from 1 to 1000, as in limit=200");
 }
 
 #[test]
@@ -992,6 +1002,41 @@ fn every_refusal_says_what_would_be_right() {
     assert_eq!(detail, "time has come to its end");
 }
 
+/// A name in the path, or a number of something, has one answer if nothing has it.
+#[test]
+fn what_is_missing_is_answered_in_one_way() {
+    let served = serve(Clock::Manual, 1, None);
+    let one = json!({ "value": 1 });
+    for (method, path, body) in [
+        ("PUT", "signals/foo", &one),
+        ("DELETE", "faults/9", &Value::Null),
+        ("DELETE", "rules/9", &Value::Null),
+        ("DELETE", "breakpoints/9", &Value::Null),
+        ("POST", "snapshots/9/restore", &Value::Null),
+        ("POST", "expectations/9/check", &Value::Null),
+    ] {
+        let answer = served.send(method, &format!("/v1/controllers/1/{path}"), body);
+        assert_eq!(answer.status, 404, "{path}: {answer:?}");
+        let problem = answer.json();
+        assert!(problem["detail"].as_str().unwrap().starts_with("there is no "), "{problem}");
+        assert!(problem["remedy"].as_str().is_some_and(|it| !it.is_empty()), "{problem}");
+    }
+    // Words that are typed are another thing.
+    let typed = served.send("POST", "/v1/controllers/1/orders", &json!({ "order": "press foo" }));
+    assert_eq!(typed.status, 422);
+}
+
+/// Nothing was sent, so nothing has happened.
+#[test]
+fn bytes_that_are_none_have_no_effect() {
+    let served = serve(Clock::Manual, 1, None);
+    let answer = served.send("POST", "/v1/controllers/1/line", &json!({ "send": "" }));
+    let nothing = json!({ "effect": "nothing", "why": "there are no bytes to send" });
+    assert_eq!((answer.status, answer.json()), (200, nothing));
+    let nobody = served.send("POST", "/v1/controllers/2/line", &json!({ "send": "" }));
+    assert_eq!(nobody.status, 404);
+}
+
 /// As many connections as there may be, of which nothing or only half a request comes.
 #[test]
 fn silent_clients_make_room() {
@@ -1007,7 +1052,7 @@ fn silent_clients_make_room() {
         .collect();
     assert_eq!(served.get("/v1").status, 200);
     let late = read(&mut BufReader::new(&silent[2]));
-    assert_eq!(late.status, 400);
+    assert_eq!(late.status, 408);
     assert!(late.body.contains("not whole within 10 s"), "{late:?}");
     let large = served.raw("POST", "/v1/quit", "Content-Length: 99999999999\r\n", "");
     assert_eq!(large.status, 413);

@@ -1,7 +1,7 @@
 //! What the routes do.
 
 use serde_json::{Value, json};
-use vimc4_answers::fields::{bytes_of, clock_of, no_such, span_of};
+use vimc4_answers::fields::{NO_BYTES, bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::SNAPSHOTS;
 use vimc4_answers::log::Wanted;
 use vimc4_answers::problem::{Kind, Problem};
@@ -116,6 +116,10 @@ fn set_signal(desk: &mut Desk, call: &Call) -> Outcome {
 
 fn send(desk: &mut Desk, call: &Call) -> Outcome {
     let bytes = bytes_of(call.text("send"))?;
+    if bytes.is_empty() {
+        desk.present(call)?;
+        return Answer::done(&Effect::Nothing { why: Some(NO_BYTES) });
+    }
     desk.present(call)?.live.hear(call.moment, &bytes, &page());
     Answer::done(&Effect::Something)
 }

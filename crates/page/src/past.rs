@@ -116,6 +116,7 @@ pub(crate) fn do_there(desk: &mut Desk, call: &Call) -> Outcome {
 }
 
 pub(crate) fn take(desk: &mut Desk, call: &Call) -> Outcome {
+    needs_debugger(desk, call)?;
     looking(desk, call, |served| {
         Sight::of(&call.body).is_right(&served.history())?;
         served.take();
@@ -123,12 +124,18 @@ pub(crate) fn take(desk: &mut Desk, call: &Call) -> Outcome {
     })
 }
 
-pub(crate) fn history_entries(desk: &mut Desk, call: &Call) -> Outcome {
-    let served = desk.looked_at(call)?;
-    if served.looks.is_none() {
-        let remedy = "POST to history/go, which opens it; the journal has what happened";
-        return Err(Problem::new(Kind::NotNow, "the debugger is not open", remedy));
+/// Refuses requests about the moment that is looked at while there is none: to open the debugger would pause the
+/// controller.
+fn needs_debugger(desk: &mut Desk, call: &Call) -> Result<(), Problem> {
+    match desk.looked_at(call)?.looks.is_some() {
+        true => Ok(()),
+        false => Err(past::not_open()),
     }
+}
+
+pub(crate) fn history_entries(desk: &mut Desk, call: &Call) -> Outcome {
+    needs_debugger(desk, call)?;
+    let served = desk.looked_at(call)?;
     let branch = call.query.get("branch").and_then(|branch| branch.parse().ok());
     let feed = Feed::new(std::sync::Arc::new(|| {}));
     let before = past::happened(served.debugger(), branch, &mut feed.sink()).map_err(wrong)?;

@@ -588,6 +588,38 @@ fn a_recording_of_a_line_that_takes_its_time_is_opened_stepped_and_saved() {
     assert_eq!(played(&text), Ok(21));
 }
 
+/// A recording of one model goes on from no state of another.
+#[test]
+fn a_state_of_another_model_is_not_opened() {
+    let limit = include_str!("../../../examples/limit.jsonl");
+    let (head, rest) = limit.split_once('\n').unwrap();
+    let (state, rest) = rest.split_once('\n').unwrap();
+    let other = state.replacen("\"name\":\"imc4\"", "\"name\":\"imc-s8\"", 1);
+    let text = format!("{head}\n{other}\n{rest}");
+    let mut desk = Desk::new();
+    let put =
+        |desk: &mut Desk, text: &str| asked(desk, "PUT", "/v1/recording", &json!({ "text": text }));
+    let (status, refused) = put(&mut desk, &text);
+    let detail = "line 2: a state of imc-s8 on mill, and the first line names imc4 on mill";
+    assert_eq!((status, &refused["detail"]), (422, &json!(detail)));
+    assert_eq!(put(&mut desk, limit).0, 200);
+}
+
+/// No moment is looked at while the debugger is not open, and bytes that are none do nothing.
+#[test]
+fn what_has_nothing_to_work_on_changes_nothing() {
+    let mut desk = Desk::new();
+    let path = |path: &str| format!("/v1/controllers/1/{path}");
+    let (status, refused) = asked(&mut desk, "POST", &path("history/take"), &json!({}));
+    assert_eq!((status, &refused["detail"]), (409, &json!("the debugger is not open")));
+    let (_, clock) = asked(&mut desk, "GET", &path("clock"), &Value::Null);
+    assert_eq!(clock["paused"], Value::Null);
+    let (_, nothing) = asked(&mut desk, "POST", &path("line"), &json!({ "send": "" }));
+    assert_eq!(nothing["effect"], "nothing");
+    let (status, _) = asked(&mut desk, "GET", &path("journal?limit=0"), &Value::Null);
+    assert_eq!(status, 400);
+}
+
 #[test]
 fn a_search_for_nothing_begins_no_branch() {
     let mut desk = Desk::new();
