@@ -5,7 +5,7 @@ mod afar;
 mod camera;
 mod interrupts;
 mod opened;
-mod reading;
+pub(crate) mod reading;
 pub(crate) mod screen;
 mod script;
 pub(crate) mod session;
@@ -204,7 +204,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let links = Links::default();
     let left = links.clone();
     interrupts::listen(&cancel, move || left.remove());
-    let session = Rc::new(RefCell::new(open(&arguments, cancel, &links)?));
+    let mut session = open(&arguments, cancel, &links)?;
+    session.show = reading::on_terminal();
+    let session = Rc::new(RefCell::new(session));
     let end = converse(&session, arguments.screen, script.as_ref());
     let emulators = Rc::into_inner(session).map(|session| session.into_inner().into_emulators());
     for mut emulator in emulators.into_iter().flatten() {

@@ -849,20 +849,45 @@ fn ctrl_c_ends_what_is_looked_for_and_not_the_console() {
     let home = tempfile::tempdir().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let list = folder.path().join("list.txt");
-    // A program that never ends, and never comes to where it is looked for.
-    fs::write(&list, "71\n0 1,900,0,900,0,900,0,900\n0 -1,900,0,900,0,900,0,900\n3 0,-2\n9\n")
+    // A program that never ends nor repeats itself, and never comes to where it is looked for.
+    fs::write(&list, "71\n0 2,900,0,900,0,900,0,900\n0 -1,900,0,900,0,900,0,900\n3 0,-2\n9\n")
         .unwrap();
     let list = list.to_str().unwrap().to_owned();
     let mut terminal = Terminal::start(VIMC4, &["console", &list], &root(), home.path());
     terminal.wait_for("(vimc4) ");
-    terminal.type_("next x > 1000\r");
+    terminal.type_("next y > 1000\r");
     terminal.wait_for("\r\n");
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    terminal.wait_for("searching, at ");
+    terminal.wait_for(" s; Ctrl-C ends it");
     terminal.type_("\x03");
     terminal.wait_for("cancelled");
     terminal.wait_for("(vimc4) ");
     terminal.type_("quit\r");
     assert_eq!(terminal.end(), 0);
+}
+
+#[test]
+fn a_stored_program_is_listed_and_stepped_by_lines_from_its_first_on() {
+    let out = said(&["examples/program.txt"], "list\nstep\nstep\nstep\n");
+    assert!(out.contains("> list\nthe stored program\n"), "{out}");
+    let [first, second, third] = [1, 2, 3].map(|nth| out.split("> step\n").nth(nth).unwrap());
+    assert!(first.contains("  a line\n") && first.contains("program line 1: 0\n"), "{out}");
+    assert!(second.contains("program line 2: o\n"), "{out}");
+    let waits =
+        "the program waits for bit 3 of port 0 to be 1; it is 0, and `input 0.3 1` changes that";
+    assert!(third.contains(waits), "{out}");
+    let out = said(&["examples/program.txt"], "input 0.3 1\nstep command\nnext x = 99999\n");
+    assert_eq!(out.matches("the program repeats itself every 1.11").count(), 2, "{out}");
+}
+
+#[test]
+fn a_recording_has_no_future_beyond_its_end() {
+    let lines = "goto end\nwhere\ngoto 30000s\nwhere\ngoto start\ngoto +30000s\nwhere\n";
+    let out = said(&["examples/overlooked.jsonl"], lines);
+    let places: Vec<&str> =
+        out.split("> where\n").skip(1).map(|rest| rest.lines().next().unwrap()).collect();
+    assert!(places.iter().all(|place| *place == places[0]) && places.len() == 3, "{out}");
+    assert_eq!(out.matches("the end of what is recorded").count(), 2, "{out}");
 }
 
 /// Who ends it from outside while a line is typed gets back the terminal as it was, and nothing else.

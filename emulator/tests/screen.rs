@@ -275,6 +275,24 @@ fn a_running_controller_is_seen_and_paused() -> Outcome {
     Ok(())
 }
 
+/// A search that takes long, on the last line of the screen until Ctrl-C ends it.
+fn a_long_search_shows_how_far_it_is() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    let list = tmux.folder.path().join("list.txt").display().to_string();
+    fs::write(&list, "71\n0 2,900,0,900,0,900,0,900\n0 -1,900,0,900,0,900,0,900\n3 0,-2\n9\n")?;
+    tmux.console(&list);
+    tmux.wait_for("q quit");
+    tmux.command(":next y = 5");
+    let during = tmux.wait_for("searching, at ");
+    assert!(during.contains(" s; Ctrl-C ends it") && !during.contains("q quit"), "{during}");
+    tmux.press(&["C-c"]);
+    let after = tmux.wait_for("cancelled");
+    assert!(tmux.wait_for("q quit").contains("axes"), "{after}");
+    tmux.type_("q");
+    tmux.wait_for("ended 0");
+    Ok(())
+}
+
 /// A recording of which only the beginning is read before anything is shown.
 fn a_long_recording_is_read_while_nobody_types() -> Outcome {
     let tmux = Tmux::start(80, 24);
@@ -371,7 +389,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     let missing = tmux::missing();
-    let tests: [Tried; 13] = [
+    let tests: [Tried; 14] = [
         ("the pictures of the manual", the_pictures_of_the_manual),
         ("a walk through a job", a_walk),
         ("a job that asks the operator", a_job_that_asks_the_operator),
@@ -387,6 +405,7 @@ fn main() -> ExitCode {
         ("without colour", without_colour_there_is_none),
         ("while nobody types nothing is done", while_nobody_types_nothing_is_done),
         ("a running controller is seen and paused", a_running_controller_is_seen_and_paused),
+        ("a long search shows how far it is", a_long_search_shows_how_far_it_is),
         (
             "a long recording is read while nobody types",
             a_long_recording_is_read_while_nobody_types,

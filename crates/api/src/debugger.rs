@@ -75,6 +75,9 @@ pub trait Reins: Send + Sync {
 
     /// Whether its controller stays paused when it is dropped.
     fn stay_paused(&self, stays: bool);
+
+    /// How far what it is doing has come, for people; empty if it does nothing that takes long.
+    fn progress(&self) -> String;
 }
 
 /// A debugger, and what other threads have of it.
@@ -249,9 +252,14 @@ impl Desk {
         let own = Arc::clone(&turn);
         let only_looks =
             matches!(question, Question::View | Question::History | Question::Entries(..));
+        let doing = Arc::clone(&reins);
         let busy = || {
-            let remedy = "wait for it; deleting the debugger ends what it does";
-            Problem::new(Kind::NotNow, "the debugger does something else", remedy)
+            let remedy = "wait for it; posting to debugger/cancel ends what it does";
+            let detail = match doing.progress() {
+                progress if progress.is_empty() => "the debugger does something else".to_owned(),
+                progress => format!("the debugger does something else: {progress}"),
+            };
+            Problem::new(Kind::NotNow, detail, remedy)
         };
         let is_line = matches!(question, Question::Line(_));
         let line = is_line.then(|| Arc::clone(&lines).try_acquire_owned()).transpose();

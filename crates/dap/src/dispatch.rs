@@ -116,6 +116,21 @@ impl Session {
     }
 }
 
+/// The number under which the progress of a request is shown, by the number of the request.
+#[must_use]
+pub fn request_progress(request: i64) -> String {
+    format!("request {request}")
+}
+
+impl Request {
+    /// What it does, for people: the line of an expression, or its command.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let line = self.arguments.get("expression").and_then(serde_json::Value::as_str);
+        line.unwrap_or(&self.command).to_owned()
+    }
+}
+
 impl Incoming {
     /// Whether this message cancels long work: the run of this number, or the request of this
     /// number.
@@ -126,8 +141,11 @@ impl Incoming {
             Some(Ask::Pause | Ask::Restart | Ask::Terminate | Ask::Disconnect) => true,
             Some(Ask::Cancel) => asked.read().is_ok_and(|cancel: Cancel| {
                 let run = run.map(|run| run.to_string());
+                let of_request = request.map(request_progress);
                 cancel.request_id.is_some_and(|id| request == Some(id))
-                    || cancel.progress_id.is_some_and(|id| run == Some(id))
+                    || cancel.progress_id.is_some_and(|id| {
+                        run.as_deref() == Some(id.as_str()) || of_request == Some(id)
+                    })
             }),
             _ => false,
         }

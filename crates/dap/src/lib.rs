@@ -29,6 +29,7 @@ mod table;
 mod texts;
 mod walking;
 
+pub use dispatch::request_progress;
 pub use live::{Live, Until};
 pub use message::{Incoming, LARGEST, Outgoing, Refusal, Request};
 pub use open::{ATTRIBUTES, Configuration, Open, Opened};

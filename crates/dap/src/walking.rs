@@ -211,6 +211,7 @@ impl Session {
             Reason::Breakpoints(ids) => self.met(thread, ids, &stop),
             Reason::Found | Reason::Gone => ("goto", "here".to_owned()),
             Reason::Nowhere => ("goto", "that is nowhere; still here".to_owned()),
+            Reason::Endless(why) => ("pause", format!("still here: {why}")),
             Reason::Beginning => ("entry", "the beginning".to_owned()),
             Reason::Time => ("pause", "the time has come".to_owned()),
             Reason::Cancelled => ("pause", "paused".to_owned()),
@@ -221,7 +222,10 @@ impl Session {
             Reason::Refused(why) => ("pause", format!("the end: {why} (`keepGoing` sends it)")),
             Reason::Rest if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
             Reason::Rest if is_done => ("pause", "the end: everything is done".to_owned()),
-            Reason::Rest => ("pause", activity.to_string()),
+            Reason::Rest => match &stop.awaits {
+                Some(awaits) => ("pause", awaits.clone()),
+                None => ("pause", activity.to_string()),
+            },
         };
         let ids = match &stop.why {
             Reason::Breakpoints(ids) => self.points_of(thread, ids),

@@ -1,48 +1,73 @@
 //! Going forward beside a host that may have something to do before what is sought comes.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use vimc4_device::{Condition, Output, Time};
 use vimc4_timeline::{Act, Begins, Found, History, Progress, Sought, Stretch, Which};
 
+use crate::recurrence::Recurrence;
 use crate::{Feed, Wired};
 
-/// Goes forward to what is sought, as [`History::seek_next`] does. `None` where the host has its turn before
-/// that: at the end of what is known, or where what it [looks for](Feed::looks_for) comes.
+/// How a search forward has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ahead {
+    /// As a search of the history ends.
+    Found(Found),
+    /// The host has its turn before that.
+    HostTurn,
+    /// The controller repeats itself, each time in this span, and the search never ends.
+    Repeats(Duration),
+}
+
+/// Goes forward to what is sought, as [`History::seek_next`] does. The host has its turn before that at the end
+/// of what is known, or where what it [looks for](Feed::looks_for) comes. `is_timeless`: what is sought depends
+/// on the state of the controller and on events, but not on the time or on how often something has happened.
 pub(crate) fn seek_next(
     history: &mut History<Wired>,
     feed: Option<&Feed>,
     until: Time,
     sought: &mut impl Sought<Wired>,
+    is_timeless: bool,
     progress: &mut Progress<'_>,
-) -> Option<Found> {
+) -> Ahead {
     let end = end_of(history);
     if feed.is_some() && !history.is_at_end() && end < until {
         let found = history.seek_next(end, sought, progress);
         if found == Found::Nowhere {
             history.run_to(end);
+            return Ahead::HostTurn;
         }
-        return Some(found).filter(|found| *found != Found::Nowhere);
+        return Ahead::Found(found);
     }
     let looked_for = feed.and_then(|feed| feed.looks_for(history));
-    seek_or(history, looked_for.as_ref(), until, sought, progress)
+    if until < Time::NEVER || !is_timeless {
+        return seek_or(history, looked_for.as_ref(), until, sought, progress);
+    }
+    let mut endless = Recurrence::new(sought, end);
+    match seek_or(history, looked_for.as_ref(), until, &mut endless, progress) {
+        ahead @ Ahead::Found(Found::Here) => endless.span().map_or(ahead, Ahead::Repeats),
+        ahead => ahead,
+    }
 }
 
-/// Goes forward to what is sought; `None` where a condition begins to hold before that.
-pub(crate) fn seek_or(
+/// Goes forward to what is sought. The host has its turn where a condition begins to hold before that.
+fn seek_or(
     history: &mut History<Wired>,
     condition: Option<&Condition>,
     until: Time,
     sought: &mut impl Sought<Wired>,
     progress: &mut Progress<'_>,
-) -> Option<Found> {
+) -> Ahead {
     let Some(condition) = condition else {
-        return Some(history.seek_next(until, sought, progress));
+        return Ahead::Found(history.seek_next(until, sought, progress));
     };
     let other = Begins::new(condition);
     let mut either = Either { sought, other, is_other: false, looked_until: None };
-    let found = history.seek_next(until, &mut either, progress);
-    (found != Found::Here || !either.is_other).then_some(found)
+    match history.seek_next(until, &mut either, progress) {
+        Found::Here if either.is_other => Ahead::HostTurn,
+        found => Ahead::Found(found),
+    }
 }
 
 /// How far the way of the present is known.

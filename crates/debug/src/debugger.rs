@@ -12,6 +12,7 @@ use vimc4_timeline::{BranchId, History, Moment, Place};
 use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
 use crate::feed::Standing;
 use crate::reel::Unread;
+use crate::walk::is_in_program;
 use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable, Wired};
 
 /// A controller, its history, and the present moment in it.
@@ -63,8 +64,8 @@ pub struct Debugger {
     pub(crate) marks: BTreeMap<String, Bookmark>,
     watches: Vec<Expression>,
     pub(crate) stays: bool,
-    /// The unit of the last step.
-    pub(crate) unit: Unit,
+    /// The unit that was named last.
+    pub(crate) unit: Option<Unit>,
 }
 
 impl Debugger {
@@ -91,7 +92,7 @@ impl Debugger {
             marks: BTreeMap::new(),
             watches: Vec::new(),
             stays: false,
-            unit: Unit::Command,
+            unit: None,
         }
     }
 
@@ -188,6 +189,14 @@ impl Debugger {
         self.feed.as_mut().is_some_and(|feed| feed.is_answered(&self.history))
     }
 
+    /// What a step is unless a unit is named: a line of the stored program where that runs, or where the host
+    /// only starts it; elsewhere a command.
+    pub(crate) fn usual_unit(&self) -> Unit {
+        let starts = self.feed.as_ref().is_some_and(|feed| feed.only_starts(&self.history));
+        let is_line = starts || is_in_program(self.device());
+        self.unit.unwrap_or(if is_line { Unit::Line } else { Unit::Command })
+    }
+
     /// The text that the commands come from.
     pub fn set_source(&mut self, source: Option<Source>) {
         self.source = source;
@@ -248,7 +257,7 @@ impl Debugger {
         self.history.drain();
     }
 
-    /// Changes the value of a field of the state, which begins a branch.
+    /// Changes the value of a field of the state, which begins a branch unless it is the value already.
     ///
     /// # Errors
     ///
@@ -257,6 +266,9 @@ impl Debugger {
         let field = Field::parse(path, self.device())?;
         let mut state = self.line().state();
         state.device = field.put(self.device(), value.clone())?;
+        if state == self.line().state() {
+            return Ok(());
+        }
         self.history.fork(format!("{path} = {value}"), state);
         Ok(())
     }

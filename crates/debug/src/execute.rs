@@ -81,10 +81,12 @@ impl Debugger {
             "back" => self.stepped(rest, Way::Back, progress),
             "over" => {
                 let count = if rest.is_empty() { 1 } else { number(rest)? };
+                self.unit = Some(Unit::Line);
                 let stop = self.step(Unit::Line, Way::Forward, Depth::Over, count, progress);
                 self.told(stop)
             }
             "out" => {
+                self.unit = Some(Unit::Line);
                 let stop = self.step(Unit::Line, Way::Forward, Depth::Out, 1, progress);
                 self.told(stop)
             }
@@ -93,7 +95,7 @@ impl Debugger {
                     "" => None,
                     span => Some(self.now() + self::span(span)?),
                 };
-                let stop = self.go(Way::Forward, until, progress);
+                let stop = self.go_while(Way::Forward, until, false, progress);
                 self.told(stop)
             }
             "reverse" => {
@@ -191,8 +193,15 @@ impl Debugger {
                     Err(_) if is_word => value.into(),
                     value => value?,
                 };
+                let branches = self.history().branches().count();
                 self.set_variable(field.trim(), value)?;
-                Ok(Answer::Done)
+                match self.history().branches().count() > branches {
+                    true => Ok(Answer::Done),
+                    false => {
+                        let why = Some("it was so already");
+                        Ok(Answer::Text(said(&Effect::Nothing { why })))
+                    }
+                }
             }
             "mark" | "unmark" if rest.is_empty() => Err(missing()),
             "mark" => {
@@ -261,6 +270,13 @@ impl Debugger {
                         "the count of steps is from 1 on, and here it is 0",
                     ));
                 }
+            } else if place > 0 && is_number(word) {
+                let before: Vec<&str> = text.split_whitespace().take(place).collect();
+                let name = if way == Way::Forward { "step" } else { "back" };
+                return Err(DebugError::new(format!(
+                    "the count comes before the unit, as in `{name} {word} {}`",
+                    before.join(" ")
+                )));
             } else if is_number(word) {
                 return Err(DebugError::new(format!(
                     "the count of steps is a number from 1 to {}, and not `{word}`",
@@ -287,7 +303,8 @@ impl Debugger {
                 )));
             }
         }
-        let unit = unit.unwrap_or(self.unit);
+        self.unit = unit.or(self.unit);
+        let unit = self.usual_unit();
         let stop = self.step(unit, way, depth, count, progress);
         self.told(stop)
     }
@@ -534,10 +551,11 @@ impl Debugger {
             "commands" => self.commands(),
             "" => match self.file() {
                 Some(file) => file,
-                None if self.is_in_program() => {
-                    self.marked_program().unwrap_or_else(|| self.commands())
+                None => {
+                    let commands = self.commands();
+                    let shows_program = self.is_in_program() || commands.lines.is_empty();
+                    self.marked_program().filter(|_| shows_program).unwrap_or(commands)
                 }
-                None => self.commands(),
             },
             other => {
                 return Err(DebugError::new(format!(

@@ -196,6 +196,12 @@ impl Feed {
         self.next(history) >= self.pieces.len()
     }
 
+    /// Whether it does nothing more than press a button.
+    pub(crate) fn only_starts(&self, history: &History<Wired>) -> bool {
+        let left = self.pieces.get(self.next(history)..).unwrap_or_default();
+        !left.is_empty() && left.iter().all(|piece| matches!(piece, Piece::Press(_)))
+    }
+
     /// The error reply after which it sent nothing more, if that is why it is done.
     #[must_use]
     pub fn refused(&self, history: &History<Wired>) -> Option<&Refused> {

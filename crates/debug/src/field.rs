@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde_json::{Map, Value};
 use vimc4_catalogue::{Controller, State};
-use vimc4_device::{AXES, Device, Time};
+use vimc4_device::{AXES, Device, SignalId, Time};
 
 use crate::DebugError;
 use crate::error::shortened;
@@ -22,6 +22,8 @@ pub struct Field {
     keys: Vec<String>,
     /// The index of the axis whose position it is: that is known without building the tree.
     axis: Option<usize>,
+    /// The signal whose value it is.
+    signal: Option<SignalId>,
 }
 
 /// An item of the tree: its name, path and value.
@@ -180,7 +182,14 @@ impl Field {
             }
             _ => None,
         };
-        let field = Field { text: text.to_owned(), keys, axis };
+        let signal = match keys.as_slice() {
+            [signals, name] if signals == "signals" => {
+                let mut listed = device.signals().into_iter();
+                listed.find(|signal| signal.name.eq_ignore_ascii_case(name)).map(|signal| signal.id)
+            }
+            _ => None,
+        };
+        let field = Field { text: text.to_owned(), keys, axis, signal };
         field.look(device, device.now())?;
         Ok(field)
     }
@@ -197,14 +206,36 @@ impl Field {
         self.axis
     }
 
+    /// The signal whose value it is, if it is one.
+    #[must_use]
+    pub fn signal(&self) -> Option<SignalId> {
+        self.signal
+    }
+
+    /// Whether it is outside the part of the controller that receives bytes.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.keys.first().is_some_and(|key| matches!(key.as_str(), "axes" | "signals" | "ports"))
+    }
+
+    /// The value of the fields that are asked for most, without the rest of the tree.
+    fn quick(&self, device: &Controller, at: Time) -> Option<Value> {
+        if let Some(axis) = self.axis {
+            return Some(device.position(at)[axis].into());
+        }
+        let signal = self.signal?;
+        let signals = device.view(at).signals;
+        let value = signals.into_iter().find(|view| view.id == signal)?.value;
+        Some(value.map_or(Value::Null, Value::from))
+    }
+
     /// Its value at `at`, a time from the device's present until its next cause.
     ///
     /// # Errors
     ///
     /// If it is not there.
     pub fn look(&self, device: &Controller, at: Time) -> Result<Value, DebugError> {
-        if let Some(axis) = self.axis {
-            return Ok(device.position(at)[axis].into());
+        if let Some(value) = self.quick(device, at) {
+            return Ok(value);
         }
         let (tree, keys) = match self.keys.split_first() {
             Some((first, rest)) if first == STATE => (state_tree(&device.state()), rest),

@@ -23,6 +23,7 @@ mod field;
 mod look;
 mod navigate;
 mod reading;
+mod recurrence;
 mod reel;
 mod source;
 mod steps;

@@ -280,11 +280,11 @@ impl Debugger {
     /// The commands around the present one as they were executed.
     pub fn commands(&mut self) -> Listing {
         let (present, seen) = self.commands_around(AROUND);
-        let lines = seen.into_iter().map(|(Stamp { command, .. }, line)| ListedLine {
-            number: command.map_or(0, |command| command.0.get()),
-            meaning: self.device().explain(&line),
-            text: escape(&line),
-            is_present: command == present,
+        let lines = seen.into_iter().map(|command| ListedLine {
+            number: command.number.map_or(0, |number| number.0.get()),
+            meaning: command.meaning,
+            text: escape(&command.line),
+            is_present: command.number == present,
             breakpoint: None,
         });
         Listing { of: "commands".to_owned(), lines: lines.collect() }

@@ -2,17 +2,22 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::ControlFlow;
+use std::time::Duration;
 
-use vimc4_device::{CommandNumber, Condition, Event, Output, Time};
+use vimc4_device::{
+    CommandNumber, Condition, Device, Event, Output, Time, WaitsFor, escape, show_nanos,
+};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
-use crate::ahead::{end_of, seek_next};
+use crate::ahead::{Ahead, end_of, seek_next};
 use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::expression::filled;
 use crate::feed::{Asked, Fed, Standing, Turn};
+use crate::recurrence::is_timeless;
 use crate::stop::{Reason, Stop};
+use crate::unmet::Unmet;
 use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
 use crate::{DebugError, Depth, Feed, Refused, Remedy, Unit, Way};
 
@@ -27,7 +32,6 @@ impl Debugger {
         count: u64,
         progress: &mut Progress<'_>,
     ) -> Stop {
-        self.unit = unit;
         if let Unit::Time(span) = unit {
             let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
             return self.pass(way, nanos.saturating_mul(count), unit, progress);
@@ -44,8 +48,12 @@ impl Debugger {
         let from = self.place();
         let mut passed = BTreeMap::new();
         let mut open = loops(self.device()).len();
+        let mut begun = (0, self.whereabouts_now());
         self.find_problems(&mut problems);
         while made < count {
+            if begun.0 < made {
+                begun = (made, self.whereabouts_now());
+            }
             if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
                 if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
                     return self.stopped_after(why, notes, problems);
@@ -75,14 +83,22 @@ impl Debugger {
             let asked = self.feed.as_ref().filter(|_| way == Way::Forward && asks_count);
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let limit = asked.map_or(end, |place| place.moment.at.min(end));
-            let found = match (way, is_asked) {
-                (Way::Forward, _) => seek_next(history, feed, limit, &mut walk, progress),
-                (Way::Back, false) => Some(history.seek_last(&mut walk, progress)),
+            let is_timeless = walk.is_timeless();
+            let ahead = match (way, is_asked) {
+                (Way::Forward, _) => {
+                    seek_next(history, feed, limit, &mut walk, is_timeless, progress)
+                }
+                (Way::Back, false) => Ahead::Found(history.seek_last(&mut walk, progress)),
                 // What happens at this moment comes before what the host asks.
-                (Way::Back, true) => Some(history.seek_last_or_here(&mut walk, progress)),
+                (Way::Back, true) => Ahead::Found(history.seek_last_or_here(&mut walk, progress)),
             };
-            let is_turn = found.is_none();
-            let found = found.unwrap_or(Found::Here);
+            let (is_turn, found) = match ahead {
+                Ahead::Found(found) => (false, found),
+                Ahead::HostTurn => (true, Found::Here),
+                Ahead::Repeats(span) => {
+                    return self.stays_at(begun.1, endless(span, &format!("no {unit} comes")));
+                }
+            };
             let is_beyond = is_beyond(history, asked);
             let is_before = |(asked, _): &(Place, usize)| {
                 found == Found::Nowhere || !is_after(history.present(), *asked)
@@ -191,11 +207,24 @@ impl Debugger {
     /// the latest, or where the controller waits for something from outside and the host does
     /// nothing more; going back ends at the beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
+        self.go_while(way, until, true, progress)
+    }
+
+    /// The same. If it `repeats`, it goes on with a controller that repeats itself for ever, until it is
+    /// cancelled; otherwise that ends it, and the present stays.
+    pub(crate) fn go_while(
+        &mut self,
+        way: Way,
+        until: Option<Time>,
+        repeats: bool,
+        progress: &mut Progress<'_>,
+    ) -> Stop {
         self.find_by_hand();
         let mut notes = Vec::new();
         let mut problems = VecDeque::new();
         let from = self.place();
         let mut passed = BTreeMap::new();
+        let begun = self.whereabouts_now();
         self.find_problems(&mut problems);
         loop {
             if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
@@ -221,13 +250,21 @@ impl Debugger {
             let asked = asked.and_then(|feed| feed.asked_ahead(history));
             let asked = asked.filter(|place| place.moment.at <= end);
             let limit = asked.map_or(end, |place| place.moment.at);
-            let found = match (way, is_asked) {
-                (Way::Forward, _) => seek_next(history, feed, limit, &mut walk, progress),
-                (Way::Back, false) => Some(history.seek_last(&mut walk, progress)),
-                (Way::Back, true) => Some(history.seek_last_or_here(&mut walk, progress)),
+            let is_timeless = !repeats && walk.is_timeless();
+            let ahead = match (way, is_asked) {
+                (Way::Forward, _) => {
+                    seek_next(history, feed, limit, &mut walk, is_timeless, progress)
+                }
+                (Way::Back, false) => Ahead::Found(history.seek_last(&mut walk, progress)),
+                (Way::Back, true) => Ahead::Found(history.seek_last_or_here(&mut walk, progress)),
             };
-            let is_turn = found.is_none();
-            let found = found.unwrap_or(Found::Here);
+            let (is_turn, found) = match ahead {
+                Ahead::Found(found) => (false, found),
+                Ahead::HostTurn => (true, Found::Here),
+                Ahead::Repeats(span) => {
+                    return self.stays_at(begun, endless(span, "nothing stops it"));
+                }
+            };
             let is_beyond = is_beyond(history, asked);
             let is_before = |(asked, _): &(Place, usize)| {
                 found == Found::Nowhere || !is_after(history.present(), *asked)
@@ -335,7 +372,7 @@ impl Debugger {
         let heeded = std::mem::take(&mut self.breakpoints);
         self.await_trigger(trigger);
         let stop = loop {
-            let stop = self.go(way, None, progress);
+            let stop = self.go_while(way, None, false, progress);
             if matches!(stop.why, Reason::Waits(_)) && !self.met_waiting().is_empty() {
                 self.breakpoints = heeded;
                 return Stop { why: Reason::Gone, met: self.met_waiting(), ..stop };
@@ -351,6 +388,7 @@ impl Debugger {
         let why = match stop.why {
             Reason::Breakpoints(_) => return Stop { why: Reason::Gone, ..stop },
             Reason::Cancelled => Reason::Cancelled,
+            Reason::Endless(_) => stop.why,
             _ => Reason::Nowhere,
         };
         self.history.go_back_to(begin);
@@ -362,10 +400,11 @@ impl Debugger {
     /// has none, `Way::Forward` goes on beyond its end. If there is none the present stays.
     pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
         let mut problems = Problems::default();
+        let mut awaits = None;
         let standing = self.standing();
         let found = match way {
             Way::Back => Ok(self.history.seek_last(&mut Begins::new(condition), progress)),
-            Way::Forward => self.seek_ahead(condition, &mut problems, progress),
+            Way::Forward => self.seek_ahead(condition, &mut problems, &mut awaits, progress),
         };
         if found == Ok(Found::Here) {
             self.host_moves(Found::Here);
@@ -380,7 +419,7 @@ impl Debugger {
             Ok(Found::GivenUp) => Reason::Cancelled,
             Err(why) => why,
         };
-        self.stopped_after(why, Vec::new(), problems.last)
+        Stop { awaits, ..self.stopped_after(why, Vec::new(), problems.last) }
     }
 
     /// First in the history, and then in the future. An unsuccessful search leaves no trace.
@@ -388,6 +427,7 @@ impl Debugger {
         &mut self,
         condition: &Condition,
         problems: &mut Problems,
+        awaits: &mut Option<String>,
         progress: &mut Progress<'_>,
     ) -> Result<Found, Reason> {
         let begin = self.place();
@@ -409,15 +449,25 @@ impl Debugger {
             end = end_of(&self.history);
             found = self.history.seek_next(end, &mut telling, progress);
         }
+        let mut repeats = None;
         if found == Found::Nowhere && !self.stays {
             self.history.go_to_time(end);
-            found = self.seek_beyond(&mut begins, problems, progress);
+            let is_timeless = is_timeless(condition);
+            match self.seek_beyond(&mut begins, is_timeless, problems, progress) {
+                Ahead::Found(beyond) => found = beyond,
+                Ahead::HostTurn => {}
+                Ahead::Repeats(span) => repeats = Some(span),
+            }
         }
         if found != Found::Here {
+            *awaits = self.awaited().filter(|_| repeats.is_none() && found == Found::Nowhere);
             self.history.go_back_to(begin);
             self.forget_beyond(known);
         }
-        Ok(found)
+        match repeats {
+            Some(span) => Err(Reason::Endless(endless(span, "that never comes"))),
+            None => Ok(found),
+        }
     }
 
     /// Goes to a moment.
@@ -506,8 +556,8 @@ impl Debugger {
         self.breakpoints.iter().filter(is_met).map(|own| own.id).collect()
     }
 
-    /// Goes to a time, after everything that happens then; beyond the end, as far as the future is
-    /// known without anything from outside.
+    /// Goes to a time, after everything that happens then. Beyond the end of the way it leads to where nothing
+    /// more happens by itself, and never beyond the end of a recording.
     pub fn go_to_time(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
         if self.goes_on_reading()
             && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
@@ -515,11 +565,14 @@ impl Debugger {
             return self.stopped(why, Vec::new());
         }
         self.history.go_to_time(at);
-        if self.now() < at {
-            return self.go_plain(at, progress);
-        }
         self.host_is_found();
-        self.stopped(Reason::Gone, Vec::new())
+        if self.now() >= at {
+            return self.stopped(Reason::Gone, Vec::new());
+        }
+        if self.is_on_recording() {
+            return self.stopped(Reason::End, Vec::new());
+        }
+        self.go_plain(at, false, progress)
     }
 
     /// Goes to where the execution of a command begins.
@@ -539,10 +592,16 @@ impl Debugger {
         let begin = self.place();
         let (known, standing) = (self.known(), self.standing());
         let mut found = self.seek_command(number, progress);
+        let mut repeats = None;
         if found == Found::Nowhere {
             // It may be still to come.
             let mut begins = CommandBegins(number);
-            found = self.seek_beyond(&mut begins, &mut Problems::default(), progress);
+            let problems = &mut Problems::default();
+            match self.seek_beyond(&mut begins, true, problems, progress) {
+                Ahead::Found(beyond) => found = beyond,
+                Ahead::HostTurn => {}
+                Ahead::Repeats(span) => repeats = Some(endless(span, "it never comes to that")),
+            }
         }
         if found == Found::Here {
             self.host_moves(found);
@@ -560,6 +619,7 @@ impl Debugger {
         let what = line.map_or_else(|| format!("command {number}"), |line| format!("line {line}"));
         let wrong = match (found, waits, refused) {
             (Found::GivenUp, ..) => return Err(DebugError::cancelled()),
+            _ if repeats.is_some() => format!("before {what}, {}", repeats.unwrap_or_default()),
             (_, Some(waits), _) => format!("before {what}, {waits}"),
             (_, _, Some(refused)) => format!("{what} was not sent here: {refused}"),
             _ => {
@@ -614,9 +674,9 @@ impl Debugger {
         self.history.go_to_end(heading);
         self.host_is_found();
         let (mut nothing, mut problems) = (Walk::new(Way::Forward), Problems::default());
-        let found = self.host_goes_on_to(&mut nothing, &mut problems, progress);
-        let why = match (found, self.rests()) {
-            (Found::GivenUp, _) => Reason::Cancelled,
+        let ahead = self.host_goes_on_to(&mut nothing, true, &mut problems, progress);
+        let why = match (ahead, self.rests()) {
+            (Ahead::Found(Found::GivenUp), _) => Reason::Cancelled,
             (_, waits @ Reason::Waits(_)) => waits,
             _ => Reason::Gone,
         };
@@ -627,23 +687,26 @@ impl Debugger {
     fn seek_beyond(
         &mut self,
         sought: &mut impl Sought<Wired>,
+        is_timeless: bool,
         problems: &mut Problems,
         progress: &mut Progress<'_>,
-    ) -> Found {
-        let found = self.host_goes_on_to(sought, problems, progress);
-        if found != Found::Nowhere || self.stays {
-            return found;
+    ) -> Ahead {
+        let ahead = self.host_goes_on_to(sought, is_timeless, problems, progress);
+        if ahead != Ahead::Found(Found::Nowhere) || self.stays {
+            return ahead;
         }
-        self.history.seek_next(Time::NEVER, &mut Telling { sought, problems }, progress)
+        let mut telling = Telling { sought, problems };
+        seek_next(&mut self.history, None, Time::NEVER, &mut telling, is_timeless, progress)
     }
 
     /// From the end of the way on, lets the host do what it has not done yet, up to where `sought` is.
     fn host_goes_on_to(
         &mut self,
         sought: &mut impl Sought<Wired>,
+        is_timeless: bool,
         problems: &mut Problems,
         progress: &mut Progress<'_>,
-    ) -> Found {
+    ) -> Ahead {
         let mut has_rested = false;
         loop {
             self.host_hears(&problems.last);
@@ -651,15 +714,17 @@ impl Debugger {
             let feed = self.feed.as_ref();
             let is_done = feed.is_none_or(|feed| feed.is_done(&self.history));
             if turn == Turn::Asks || turn == Turn::Idle && (is_done || has_rested) {
-                return Found::Nowhere;
+                return Ahead::Found(Found::Nowhere);
             }
             let mut telling = Telling { sought, problems };
             let history = &mut self.history;
-            let found = seek_next(history, feed, Time::NEVER, &mut telling, progress);
-            if let Some(found @ (Found::Here | Found::GivenUp)) = found {
-                return found;
-            }
-            has_rested = turn == Turn::Idle && found.is_some();
+            let ahead = seek_next(history, feed, Time::NEVER, &mut telling, is_timeless, progress);
+            let has_ended = match ahead {
+                Ahead::Found(Found::Here | Found::GivenUp) | Ahead::Repeats(_) => return ahead,
+                Ahead::Found(Found::Nowhere) => true,
+                Ahead::HostTurn => false,
+            };
+            has_rested = turn == Turn::Idle && has_ended;
         }
     }
 
@@ -908,8 +973,8 @@ impl Debugger {
 
     // --- inside ---
 
-    /// Goes on to a time, ignoring breakpoints.
-    fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
+    /// Goes on to a time, ignoring breakpoints. `passes`: time passes, too, while nothing happens.
+    fn go_plain(&mut self, at: Time, passes: bool, progress: &mut Progress<'_>) -> Stop {
         let mut nothing = Walk::new(Way::Forward).telling();
         if self.goes_on_reading()
             && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
@@ -920,8 +985,8 @@ impl Debugger {
         let mut turn = self.host_goes_on(Way::Forward);
         loop {
             let (history, feed) = (&mut self.history, self.feed.as_ref());
-            let found = seek_next(history, feed, end, &mut nothing, progress);
-            if found == Some(Found::GivenUp) {
+            let ahead = seek_next(history, feed, end, &mut nothing, false, progress);
+            if ahead == Ahead::Found(Found::GivenUp) {
                 return self.stopped(Reason::Cancelled, Vec::new());
             }
             let went_wrong = nothing.problems.replace(Problems::default()).unwrap_or_default();
@@ -930,9 +995,14 @@ impl Debugger {
             if turn != Turn::Asks {
                 turn = self.host_goes_on(Way::Forward);
             }
-            if found.is_some() && !matches!(turn, Turn::Acted | Turn::Comes) {
+            if ahead != Ahead::HostTurn && !matches!(turn, Turn::Acted | Turn::Comes) {
                 break;
             }
+        }
+        let rests = self.history.next_act().is_none() && self.now() < end;
+        if rests && !passes {
+            let why = self.rests();
+            return self.stopped(why, Vec::new());
         }
         self.history.run_to(end);
         let why = if end < at { Reason::End } else { Reason::Gone };
@@ -970,7 +1040,7 @@ impl Debugger {
     }
 
     fn go_by(&mut self, at: Time, unit: Unit, progress: &mut Progress<'_>) -> Stop {
-        let mut stop = self.go_plain(at, progress);
+        let mut stop = self.go_plain(at, true, progress);
         if stop.why == Reason::Gone {
             stop.why = Reason::Step(unit);
         }
@@ -1109,6 +1179,37 @@ impl Debugger {
         }
     }
 
+    /// Where the present is, how far the way is known, and what the host has asked there.
+    fn whereabouts_now(&self) -> Begun {
+        Begun { place: self.place(), known: self.known(), standing: self.standing() }
+    }
+
+    /// A walk that never ends leaves no trace: the present is where it was.
+    fn stays_at(&mut self, begun: Begun, why: String) -> Stop {
+        self.history.go_back_to(begun.place);
+        self.forget_beyond(begun.known);
+        self.stand(begun.standing);
+        self.stopped(Reason::Endless(why), Vec::new())
+    }
+
+    /// What the controller waits for at the present besides a command, and what changes that.
+    fn awaited(&self) -> Option<String> {
+        let device = self.device();
+        let waits_for = device.view(self.now()).waits_for?;
+        let remedy = match waits_for {
+            WaitsFor::Port { port, bit: Some(bit), from } => {
+                let condition = Condition::PortBit { port, bit, level: from == 0 };
+                Unmet { condition: &condition, device }.to_string()
+            }
+            WaitsFor::Port { .. } => String::new(),
+            WaitsFor::Character { code } => {
+                format!("; `sendraw {}` changes that", escape(&[code]))
+            }
+            _ => return None,
+        };
+        Some(format!("the program waits for {waits_for}{remedy}"))
+    }
+
     /// Why nothing more is found ahead.
     fn nothing_more(&self, end: Time) -> Reason {
         if end == Time::NEVER { self.rests() } else { Reason::End }
@@ -1150,8 +1251,22 @@ impl Debugger {
             Reason::Waits(_) => self.met_waiting(),
             _ => Vec::new(),
         };
-        Stop { why, place, at, met, command, line, notes, problems, outputs, said }
+        let awaits = self.awaited().filter(|_| why == Reason::Rest);
+        Stop { why, place, at, met, command, line, notes, problems, outputs, said, awaits }
     }
+}
+
+/// Where a walk has begun.
+struct Begun {
+    place: Place,
+    known: Option<Known>,
+    standing: Standing,
+}
+
+/// Why a walk never ends: the controller repeats itself each time in this span.
+fn endless(span: Duration, what: &str) -> String {
+    let span = show_nanos(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
+    format!("the program repeats itself every {span}, and {what}; `press stop` stops it")
 }
 
 /// How far a way is known, and what the host has done on it.

@@ -143,6 +143,11 @@ impl Debugger {
         self.unread.as_ref().is_some_and(goes_on)
     }
 
+    /// Whether the present is on the way of a recording, and not on a branch that has left it.
+    pub(crate) fn is_on_recording(&self) -> bool {
+        self.unread.as_ref().is_some_and(|unread| unread.branch == self.history.heading())
+    }
+
     /// The last command of the recording that has begun, as far as it is read.
     pub(crate) fn last_read(&self) -> Option<CommandNumber> {
         self.unread.as_ref()?.last
@@ -157,6 +162,12 @@ impl Debugger {
 
     /// Does something to the controller that is no command, now, and says what came of it.
     pub fn act(&mut self, inputs: &[OwnedInput]) -> Effect {
+        self.read_beyond_present();
+        let given: Vec<Input<'_>> = inputs.iter().map(OwnedInput::as_input).collect();
+        if !self.history.is_at_end() && !self.would_matter(&given) {
+            // Nothing follows from it, and so nothing parts here.
+            return Effect::of(self.line(), &given, self.now(), false);
+        }
         let (mut before, mut has_said) = (None, false);
         for input in inputs {
             let Some(seen) = self.give_and_see(input.as_input()) else { continue };
@@ -164,16 +175,39 @@ impl Debugger {
             has_said |= seen.has_said;
         }
         let has_changed = has_said || before.is_some_and(|before| before != self.line().state());
-        let inputs: Vec<Input<'_>> = inputs.iter().map(OwnedInput::as_input).collect();
-        Effect::of(self.line(), &inputs, self.now(), has_changed)
+        Effect::of(self.line(), &given, self.now(), has_changed)
+    }
+
+    /// Whether the controller would be in another state after these inputs, or would say something.
+    fn would_matter(&self, inputs: &[Input<'_>]) -> bool {
+        let (mut device, now) = (self.line().clone(), self.now());
+        let mut has_said = false;
+        let settle = |device: &mut Wired| {
+            while device.wake().is_some_and(|due| due <= now) && device.perform(now) {}
+            std::iter::from_fn(|| device.poll_output())
+                .filter(|output| matches!(output, Output::Bytes(..) | Output::Flash(..)))
+                .count()
+                > 0
+        };
+        settle(&mut device);
+        let before = device.state();
+        for input in inputs {
+            device.accept(*input, now);
+            has_said |= settle(&mut device);
+        }
+        has_said || device.state() != before
+    }
+
+    /// After the present comes what was recorded, even if it has not been read yet.
+    fn read_beyond_present(&mut self) {
+        if self.history.is_at_end() && self.goes_on_reading() {
+            let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
+        }
     }
 
     /// Gives an input, and says what was seen of it if it has taken effect.
     fn give_and_see(&mut self, input: Input<'_>) -> Option<Seen> {
-        if self.history.is_at_end() && self.goes_on_reading() {
-            // After the present comes what was recorded, even if it has not been read yet.
-            let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
-        }
+        self.read_beyond_present();
         let from = self.place();
         self.history.give(input);
         if let Some(feed) = &mut self.feed {

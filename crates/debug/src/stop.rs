@@ -30,6 +30,8 @@ pub struct Stop {
     pub outputs: Vec<Output>,
     /// The same for people, one line each.
     pub said: Vec<String>,
+    /// What the controller waits for, if that is why nothing more comes; for people, with what changes that.
+    pub awaits: Option<String>,
 }
 
 /// Why a walk has ended.
@@ -58,6 +60,9 @@ pub enum Reason {
     Time,
     /// The search failed; the present is where it was.
     Nowhere,
+    /// The controller repeats itself for ever, and nothing ends the walk; in a sentence. The present is where it
+    /// was.
+    Endless(String),
     /// It was cancelled.
     Cancelled,
     /// The recording cannot be read on; with the reason, in a sentence.
@@ -80,6 +85,7 @@ impl Reason {
             Reason::Refused(_) => "refused",
             Reason::Time => "time",
             Reason::Nowhere => "nowhere",
+            Reason::Endless(_) => "endless",
             Reason::Cancelled => "cancelled",
             Reason::Broken(_) => "broken",
         }
@@ -99,6 +105,7 @@ impl fmt::Display for Reason {
             Reason::End => f.write_str("the end of what is recorded"),
             Reason::Rest => f.write_str("at rest until something comes from outside"),
             Reason::Waits(what) | Reason::Refused(what) => f.write_str(what),
+            Reason::Endless(what) => write!(f, "still here: {what}"),
             Reason::Time => f.write_str("the time has come"),
             Reason::Nowhere => f.write_str("not to be found; still here"),
             Reason::Cancelled => f.write_str("cancelled"),
@@ -177,6 +184,9 @@ impl fmt::Display for Stop {
             f.write_str(", ")?;
         }
         write!(f, "{}", self.why)?;
+        if let Some(awaits) = &self.awaits {
+            write!(f, ": {awaits}")?;
+        }
         let line = self.line.as_ref();
         let command = self.command.as_ref().filter(|_| !line.is_some_and(|line| line.is_held));
         if let Some(command) = command {

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Stamp};
-use vimc4_timeline::{Act, Found, Place, Progress, Sought, Stretch};
+use vimc4_device::{CommandNumber, Condition, Device, Event, Kinds, Output, Stamp};
+use vimc4_timeline::{Act, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
 use crate::debugger::{Debugger, uninterrupted};
@@ -25,6 +25,14 @@ pub struct Told {
     pub act: Act,
     /// What rules and faults did before it by the same act.
     pub before: Deeds,
+}
+
+/// A command that has begun.
+pub(crate) struct SeenCommand {
+    pub(crate) number: Option<CommandNumber>,
+    pub(crate) line: Vec<u8>,
+    /// Its meaning when it was executed.
+    pub(crate) meaning: String,
 }
 
 /// Looks for an event.
@@ -118,10 +126,16 @@ impl Debugger {
     pub(crate) fn commands_around(
         &mut self,
         around: u64,
-    ) -> (Option<CommandNumber>, Vec<(Stamp, Vec<u8>)>) {
+    ) -> (Option<CommandNumber>, Vec<SeenCommand>) {
         let (begin, known) = (self.place(), self.history().known());
         let mut present = None;
-        let mut seen: VecDeque<(Stamp, Vec<u8>)> = VecDeque::new();
+        let mut seen: VecDeque<SeenCommand> = VecDeque::new();
+        // What it means is what it meant when it was executed.
+        let of = |history: &History<Wired>, stamp: Stamp, bytes: &[u8]| SeenCommand {
+            number: stamp.command,
+            line: bytes.to_vec(),
+            meaning: history.device().explain(bytes),
+        };
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
         let mut sought = EventSought::new(Kinds::COMMAND, is_command);
         let history = self.history_mut();
@@ -129,7 +143,7 @@ impl Debugger {
         while found == Found::Here {
             if let Some((stamp, Event::Command { bytes, .. }, ..)) = sought.found.take() {
                 present = present.or(stamp.command);
-                seen.push_front((stamp, bytes.to_vec()));
+                seen.push_front(of(history, stamp, &bytes));
             }
             if seen.len() as u64 > around {
                 break;
@@ -148,7 +162,7 @@ impl Debugger {
                 break;
             }
             if let Some((stamp, Event::Command { bytes, .. }, ..)) = sought.found.take() {
-                seen.push_back((stamp, bytes.to_vec()));
+                seen.push_back(of(history, stamp, &bytes));
             }
         }
         history.go_back_to(begin);

@@ -134,7 +134,7 @@ pub static TABLE: &[Directive] = &[
         name: "step",
         short: Some("s"),
         arguments: "[COUNT] [UNIT|over|out]",
-        about: "go on by a command, or by COUNT of a unit",
+        about: "go on by a command, or by a line of a stored program, or by COUNT of a unit",
         more: UNITS,
         example: "step 3 segments",
         group: Group::Going,
@@ -219,7 +219,8 @@ pub static TABLE: &[Directive] = &[
         about: "go to a place of the history",
         more: "PLACE is a time such as 1.5s, +10ms or -10ms from here, `command 12`, `line 7` of the \
                file, `start`, `end`, or the name of a bookmark or branch (to its end). What a file \
-               has not sent by then is sent on the way.",
+               has not sent by then is sent on the way. A time beyond the end leads to where nothing \
+               more happens by itself; `step 1s` lets time pass there.",
         example: "goto command 12",
         group: Group::Going,
         follows: Follows::Place,

@@ -8,8 +8,9 @@ use vimc4_device::{Beginnings, Condition, Device, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Sought, Stretch, Which};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Note, Trigger};
+use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
 use crate::expression::filled;
+use crate::recurrence::is_timeless;
 use crate::steps::{Axes, first_step, last_step};
 use crate::{Depth, Source, Unit, Way};
 
@@ -184,6 +185,22 @@ impl<'w> Walk<'w> {
         self
     }
 
+    /// Whether it depends on the state of the controller and on events only: where those repeat themselves,
+    /// nothing new is met.
+    pub(crate) fn is_timeless(&self) -> bool {
+        self.waiting.iter().all(|waiting| {
+            let Breakpoint { trigger, condition, hits, log, .. } = &*waiting.breakpoint;
+            let is_plain = condition.is_none() && *hits == Hits::All && log.is_none();
+            is_plain
+                && match trigger {
+                    Trigger::Condition(condition) => is_timeless(condition),
+                    Trigger::SourceLine(_) => true,
+                    Trigger::Change(field) => field.axis().is_some() || field.signal().is_some(),
+                    Trigger::Expression(_) => false,
+                }
+        })
+    }
+
     /// The present is where the walk has come to: what was met by now was met on the way there.
     fn is_sure(&mut self) {
         self.sure = self.notes.len();
@@ -333,7 +350,12 @@ impl Waiting<'_> {
         match &self.breakpoint.trigger {
             Trigger::Condition(condition) => stretch.can_meet(condition),
             Trigger::SourceLine(_) => stretch.can_have(Kinds::COMMAND),
-            Trigger::Change(_) | Trigger::Expression(_) => true,
+            // A signal that is set is an event, and so is what a fault does to one.
+            Trigger::Change(field) => field.signal().is_none_or(|signal| {
+                stretch.can_meet(&Condition::SignalChanges { signal, to: None })
+                    || stretch.can_have(Kinds::FAULT)
+            }),
+            Trigger::Expression(_) => true,
         }
     }
 
@@ -364,7 +386,7 @@ impl Waiting<'_> {
         }
     }
 
-    fn after(&mut self, device: &Controller, outputs: &VecDeque<Output>) -> bool {
+    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
         let now = device.now();
         match &self.breakpoint.trigger {
             Trigger::Condition(condition) => {
@@ -376,6 +398,11 @@ impl Waiting<'_> {
             }
             Trigger::SourceLine(line) => line_of_source(self.source, outputs) == Some(*line),
             Trigger::Change(field) => {
+                // A byte that is only received changes nothing outside the controller.
+                let is_received = matches!(act, Act::Byte(byte) if !device.is_urgent(byte));
+                if is_received && field.is_outside() {
+                    return false;
+                }
                 let value = field.value(device, now);
                 let before = std::mem::replace(&mut self.value, value);
                 before != self.value
@@ -579,7 +606,7 @@ impl Sought<Wired> for Walk<'_> {
         let is_step = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
         let mut found = is_step;
         for number in 0..self.waiting.len() {
-            if self.waiting[number].after(device, outputs)
+            if self.waiting[number].after(device, act, outputs)
                 && self.meets(number, device, device.now())
             {
                 if !found {

@@ -845,7 +845,21 @@ impl Debugger {
         }
     }
 
-    fn link(&self, told: &Told) -> Explanation {
+    /// A link in the words of the moment at which it was. The present stays.
+    fn link(&mut self, told: &Told) -> Explanation {
+        let begin = self.place();
+        let is_worded = matches!(told.event, Event::Command { .. } | Event::Line { .. });
+        if is_worded {
+            self.history_mut().go_back_to(told.place);
+        }
+        let link = self.link_from_here(told);
+        if is_worded {
+            self.history_mut().go_back_to(begin);
+        }
+        link
+    }
+
+    fn link_from_here(&self, told: &Told) -> Explanation {
         let Told { stamp, event, place, .. } = told;
         let (kind, text) = match event {
             Event::Command { bytes, .. } => {

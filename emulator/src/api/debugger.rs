@@ -1,8 +1,8 @@
 //! The debugger behind the control API: a session of the console whose lines come by requests, with the
 //! past of the controller since the server began.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::Value;
 use vimc4::{Control, Report, Sink, What};
@@ -12,7 +12,7 @@ use vimc4_debug::{Wired, uninterrupted};
 use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
-use crate::console::session::{Cancel, Outcome, Session, Wrong, go_on};
+use crate::console::session::{Cancel, Outcome, Session, Wrong};
 use crate::live::{Live, state};
 
 /// Opens it on a controller.
@@ -20,9 +20,15 @@ pub(super) fn open(control: &Control, memory: &Memory) -> Result<Reined, String>
     let cancel = Cancel::default();
     let past = |line: &Wired| remembered(line.clone(), &memory.past()?);
     let session = Session::beside(control, "the API", cancel.clone(), past);
-    let session = session.map_err(|Wrong(why)| why)?;
+    let mut session = session.map_err(|Wrong(why)| why)?;
+    let progress = Arc::new(Mutex::new(String::new()));
+    let shown = Arc::clone(&progress);
+    session.show = Some(Arc::new(move |text: &str| {
+        let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
+        text.clone_into(&mut shown);
+    }));
     let stays_paused = session.live.as_ref().map(Live::stays_paused).unwrap_or_default();
-    let outside = Outside { cancel, stays_paused };
+    let outside = Outside { cancel, stays_paused, progress };
     Ok((Box::new(Console { session, is_over: false }), Arc::new(outside)))
 }
 
@@ -30,6 +36,8 @@ pub(super) fn open(control: &Control, memory: &Memory) -> Result<Reined, String>
 struct Outside {
     cancel: Cancel,
     stays_paused: Arc<AtomicBool>,
+    /// How far a search has come; empty without one that takes long.
+    progress: Arc<Mutex<String>>,
 }
 
 impl Reins for Outside {
@@ -39,6 +47,12 @@ impl Reins for Outside {
 
     fn stay_paused(&self, stays: bool) {
         self.stays_paused.store(stays, Ordering::Relaxed);
+    }
+
+    fn progress(&self) -> String {
+        let shown = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        // What ends it is a request here.
+        shown.split(';').next().unwrap_or_default().to_owned()
     }
 }
 
@@ -138,9 +152,10 @@ impl Debugging for Console {
                 past::look_at_entry(&mut self.session.debugger, live, &entry)?;
             }
             Goal::Command(number) => {
-                let Session { debugger, cancel, .. } = &mut self.session;
-                cancel.forget();
-                past::look_at_command(debugger, number, &mut go_on(cancel))?;
+                self.session.cancel.forget();
+                let mut watched = self.session.watched_search();
+                let debugger = &mut self.session.debugger;
+                past::look_at_command(debugger, number, &mut |at| watched.goes_on(at))?;
             }
         }
         self.history_mut().drain();

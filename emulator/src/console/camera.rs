@@ -71,6 +71,8 @@ struct Told {
     stamp: Stamp,
     event: Event,
     carriages: Point,
+    /// What a command meant when it was executed.
+    meaning: String,
 }
 
 /// Where the carriages of all axes are.
@@ -124,16 +126,20 @@ impl Sought<Wired> for Gather {
             let begins = matches!(event, Event::Motion(Motion::Begins { .. }));
             let carriages =
                 if begins { carriages(&device.view(device.now())) } else { Point::default() };
-            stretch.push(Told { stamp: *stamp, event: event.clone(), carriages });
+            let meaning = match event {
+                Event::Command { bytes, .. } if !self.is_behind => device.explain(bytes),
+                _ => String::new(),
+            };
+            stretch.push(Told { stamp: *stamp, event: event.clone(), carriages, meaning });
         }
         self.is_behind && self.has_enough()
     }
 }
 
 /// A line of the conversation.
-fn talk(device: &Controller, Told { stamp, event, .. }: &Told) -> Option<Talk> {
+fn talk(device: &Controller, Told { stamp, event, meaning, .. }: &Told) -> Option<Talk> {
     let (side, text, meaning) = match event {
-        Event::Command { bytes, .. } => (Side::Host, escape(bytes), device.explain(bytes)),
+        Event::Command { bytes, .. } => (Side::Host, escape(bytes), meaning.clone()),
         Event::Ignored { bytes, why } => (Side::Host, escape(bytes), format!("ignored: {why}")),
         Event::Answer { bytes, why: Some(why), .. } => {
             (Side::Problem, escape(bytes.trim_ascii_end()), why.to_string())
@@ -173,7 +179,7 @@ fn strokes(machine: &Machine, events: impl Iterator<Item = Told>) -> Vec<Stroke>
     let signs: Point = std::array::from_fn(|axis| if machine.axis(axis).inverted { -1 } else { 1 });
     let mut strokes = Vec::new();
     let mut open: Option<(Time, Point, Box<Segment>)> = None;
-    for Told { stamp, event, carriages } in events {
+    for Told { stamp, event, carriages, .. } in events {
         let Event::Motion(motion) = event else { continue };
         match motion {
             Motion::Begins { segment, .. } => open = Some((stamp.at, carriages, segment)),

@@ -1,47 +1,86 @@
-//! How far the reading of a recording has come, for somebody who waits for it at a terminal.
+//! How far a search has come, for somebody who waits for it.
 
 use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use vimc4_device::Time;
+
+use super::session::Cancel;
 use crate::recording::file::Share;
 
 /// What takes no longer needs no words.
-const LONG: Duration = Duration::from_millis(500);
+const LONG: Duration = Duration::from_millis(300);
 
-/// So often it is said.
+/// The time between two messages.
 const BETWEEN: Duration = Duration::from_millis(200);
 
-/// A line that is written over as it is read on, and is gone when that is over.
-pub(super) struct Shown<'s> {
-    share: Option<&'s Share>,
-    /// When it is said next.
-    next: Instant,
-    is_there: bool,
+/// Shows how far a search has come. The text is empty when the search is over.
+pub(crate) type Show = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// On a line of the terminal that is written over each time and cleared at the end; `None` without a terminal.
+pub(crate) fn on_terminal() -> Option<Show> {
+    io::stderr().is_terminal().then(|| -> Show {
+        Arc::new(|text: &str| {
+            // Who cannot be told waits all the same.
+            let _ = match text {
+                "" => write!(io::stderr(), "\r{:64}\r", ""),
+                text => write!(io::stderr(), "\r{text:63} "),
+            };
+        })
+    })
 }
 
-impl<'s> Shown<'s> {
-    /// Nothing is said where nobody is at a terminal.
-    pub(super) fn new(share: Option<&'s Share>) -> Shown<'s> {
-        let share = share.filter(|_| io::stderr().is_terminal());
-        Shown { share, next: Instant::now() + LONG, is_there: false }
+/// Goes on until somebody wants it to end, and shows meanwhile how far it has come.
+pub(crate) struct Watched {
+    cancel: Cancel,
+    show: Option<Show>,
+    share: Option<Share>,
+    /// How much of the recording had been read when this began.
+    begun: Option<u32>,
+    next: Instant,
+    is_shown: bool,
+}
+
+impl Watched {
+    pub(crate) fn new(cancel: &Cancel, show: Option<Show>, share: Option<Share>) -> Watched {
+        let begun = share.as_ref().and_then(Share::thousandths);
+        let next = Instant::now() + LONG;
+        Watched { cancel: cancel.clone(), show, share, begun, next, is_shown: false }
     }
 
-    /// Says how far it is, if it is time for that.
-    pub(super) fn tell(&mut self) {
-        let Some(share) = self.share.and_then(Share::thousandths) else { return };
+    /// Whether to go on, at this time of the controller.
+    pub(crate) fn goes_on(&mut self, at: Time) -> ControlFlow<()> {
+        self.show(at);
+        match self.cancel.is_wished() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn show(&mut self, at: Time) {
+        let Some(show) = &self.show else { return };
         let now = Instant::now();
-        if share < 1_000 && now >= self.next {
-            (self.next, self.is_there) = (now + BETWEEN, true);
-            // Who cannot be told waits all the same.
-            let _ = write!(io::stderr(), "\r{} % is read; Ctrl-C ends it ", share / 10);
+        if now < self.next {
+            return;
+        }
+        (self.next, self.is_shown) = (now + BETWEEN, true);
+        let read = self.share.as_ref().and_then(Share::thousandths);
+        let seconds = at.as_nanos() as f64 / 1e9;
+        match read.filter(|_| read != self.begun) {
+            Some(read) => {
+                show(&format!("{} % is read, at {seconds:.3} s; Ctrl-C ends it", read / 10))
+            }
+            None => show(&format!("searching, at {seconds:.3} s; Ctrl-C ends it")),
         }
     }
 }
 
-impl Drop for Shown<'_> {
+impl Drop for Watched {
     fn drop(&mut self) {
-        if self.is_there {
-            let _ = write!(io::stderr(), "\r{:32}\r", "");
+        if let Some(show) = self.show.as_ref().filter(|_| self.is_shown) {
+            show("");
         }
     }
 }

@@ -15,12 +15,12 @@ use vimc4_debug::Wired;
 use vimc4_debug::{
     Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
-use vimc4_device::{Device, Time, View, show_nanos};
+use vimc4_device::{Device, View, show_nanos};
 #[cfg(feature = "api")]
 use vimc4_timeline::History;
 use vimc4_timeline::Progress;
 
-use super::reading::Shown;
+use super::reading::{Show, Watched as WatchedSearch};
 use super::screen::{SaidKind, SaidLine};
 use crate::live::{self, Live, Until};
 use crate::recording::file::Share;
@@ -165,6 +165,8 @@ pub(crate) struct Session {
     pub(crate) said: VecDeque<SaidLine>,
     /// How much of a recording has been read.
     pub(crate) share: Option<Share>,
+    /// Where it is shown how far a search has come.
+    pub(crate) show: Option<Show>,
 }
 
 /// So much of what was said is remembered.
@@ -190,6 +192,7 @@ impl Session {
             last: String::new(),
             said: VecDeque::new(),
             share: None,
+            show: None,
         }
     }
 
@@ -323,13 +326,8 @@ impl Session {
             return self.run(until).map(Outcome::Said);
         }
         let branches = self.debugger.history().branches().count();
-        let share = self.share.clone().filter(|_| self.cancel.look.is_none());
-        let mut reading = Shown::new(share.as_ref());
-        let mut go_on = go_on(&self.cancel);
-        let progress = &mut |at| {
-            reading.tell();
-            go_on(at)
-        };
+        let mut watched = self.watched_search();
+        let progress = &mut |at| watched.goes_on(at);
         let answer = match &mut self.live {
             None => self.debugger.execute(line, progress)?,
             Some(live) => {
@@ -346,6 +344,7 @@ impl Session {
                 }
             }
         };
+        drop(watched);
         let has_parted = self.debugger.history().branches().count() > branches;
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
@@ -368,6 +367,11 @@ impl Session {
                 Ok(Outcome::Said(said))
             }
         }
+    }
+
+    /// Lets a search go on until somebody wants it to end, and shows meanwhile how far it has come.
+    pub(crate) fn watched_search(&self) -> WatchedSearch {
+        WatchedSearch::new(&self.cancel, self.show.clone(), self.share.clone())
     }
 
     /// Says what is sent of what follows in the file.
@@ -445,11 +449,12 @@ impl Session {
 
     /// Takes the controller itself to the moment that is looked at.
     fn take(&mut self) -> Result<String, Wrong> {
+        let mut watched = self.watched_search();
         let Some(live) = &mut self.live else {
             return Err(Wrong::new("nothing runs here that could be taken anywhere"));
         };
         self.cancel.forget();
-        Ok(shown(&live.take(&mut self.debugger, &mut go_on(&self.cancel))?))
+        Ok(shown(&live.take(&mut self.debugger, &mut |at| watched.goes_on(at))?))
     }
 
     /// Lets the controller run until a breakpoint pauses it, or Ctrl-C.
@@ -501,8 +506,10 @@ impl Session {
     /// what there is to say is returned.
     pub(crate) fn let_go(&mut self, until: Until) -> Result<Option<String>, Wrong> {
         self.cancel.forget();
+        let mut watched = self.watched_search();
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
-        let stop = live.let_go(&mut self.debugger, until, &mut go_on(&self.cancel))?;
+        let stop = live.let_go(&mut self.debugger, until, &mut |at| watched.goes_on(at))?;
+        drop(watched);
         let Some(stop) = stop else {
             let control = live.control().clone();
             // Whoever waits for the pause hears of it.
@@ -649,14 +656,5 @@ impl Own {
 
     fn told(&self) -> String {
         format!("{}\n    {}.", self.usage(), self.about)
-    }
-}
-
-/// Goes on until somebody wants it to end.
-pub(crate) fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> + use<> {
-    let cancel = cancel.clone();
-    move |_| match cancel.is_wished() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
     }
 }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use vimc4_dap::framing::{Decoder, Foreign};
-use vimc4_dap::{Incoming, LARGEST, Outgoing, Refusal, Running, Session};
+use vimc4_dap::{Incoming, LARGEST, Outgoing, Refusal, Running, Session, request_progress};
 use vimc4_device::{Time, show_nanos};
 
 use super::live::Served;
@@ -27,7 +27,7 @@ const MOST_WAITING: usize = 64;
 const SLICE: Duration = Duration::from_millis(100);
 
 /// What takes longer is shown as progress.
-const LONG: Duration = Duration::from_millis(500);
+const LONG: Duration = Duration::from_millis(300);
 
 /// How a session has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,22 +209,48 @@ fn heed<W: Write>(session: &mut Session, client: &mut Client<W>, message: Incomi
             session.refuse(request, Refusal::cancelled());
         }
     }
-    let request = match &message {
-        Incoming::Request(request) => Some(request.seq),
-        Incoming::Unreadable { .. } => None,
+    let (request, title) = match &message {
+        Incoming::Request(request) => (Some(request.seq), request.title()),
+        Incoming::Unreadable { .. } => (None, String::new()),
     };
     let mut ends = client.ends(usize::MAX, None, request);
-    session.receive(message, &mut |_| {
+    let id = request.map(request_progress).filter(|_| session.shows_progress());
+    let mut shown = Shown { since: Instant::now(), last: None };
+    session.receive(message, &mut |at| {
         let new = client.look();
         ends = ends || client.ends(new, None, request);
+        if let Some(id) = &id {
+            shown.tell(client, id, &title, at);
+        }
         if ends { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
+    if let Some(id) = id {
+        shown.end(client, &id);
+    }
 }
 
 /// A progress as its client sees it.
 struct Shown {
     since: Instant,
     last: Option<Instant>,
+}
+
+impl Shown {
+    /// Tells how far something has come that takes long, if it is time for that.
+    fn tell<W: Write>(&mut self, client: &mut Client<W>, id: &str, title: &str, at: Time) {
+        let now = Instant::now();
+        if now - self.since > LONG && self.last.is_none_or(|last| now - last > LONG) {
+            let event = if self.last.is_none() { "progressStart" } else { "progressUpdate" };
+            client.say(&progress(event, id, title, at));
+            self.last = Some(now);
+        }
+    }
+
+    fn end<W: Write>(&self, client: &mut Client<W>, id: &str) {
+        if self.last.is_some() {
+            client.say(&Outgoing::event("progressEnd", json!({ "progressId": id })));
+        }
+    }
 }
 
 /// Lets a controller go on for a while.
@@ -241,31 +267,28 @@ fn run<W: Write>(
     session.run(&mut |at| {
         let new = client.look();
         ends = ends || client.ends(new, Some(running.number), None);
-        let now = Instant::now();
-        if shows && now - shown.since > LONG && shown.last.is_none_or(|last| now - last > LONG) {
-            let event = if shown.last.is_none() { "progressStart" } else { "progressUpdate" };
-            client.say(&progress(event, running, at));
-            shown.last = Some(now);
+        if shows {
+            shown.tell(client, &running.number.to_string(), &running.title, at);
         }
-        let yields = running.can_pause && (!client.waiting.is_empty() || now - begun > SLICE);
+        let is_long = begun.elapsed() > SLICE;
+        let yields = running.can_pause && (!client.waiting.is_empty() || is_long);
         if ends || yields { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     all.retain(|number, shown| {
         let goes_on = session.is_running(*number);
-        if !goes_on && shown.last.is_some() {
-            let id = number.to_string();
-            client.say(&Outgoing::event("progressEnd", json!({ "progressId": id })));
+        if !goes_on {
+            shown.end(client, &number.to_string());
         }
         goes_on
     });
 }
 
-fn progress(event: &'static str, running: &Running, at: Time) -> Outgoing {
+fn progress(event: &'static str, id: &str, title: &str, at: Time) -> Outgoing {
     Outgoing::event(
         event,
         json!({
-            "progressId": running.number.to_string(),
-            "title": running.title,
+            "progressId": id,
+            "title": title,
             "cancellable": true,
             "message": format!("at {}", show_nanos(at.as_nanos())),
         }),

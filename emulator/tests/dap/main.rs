@@ -58,10 +58,10 @@ const LOOPS: &str = "\
 9
 ";
 
-/// One that never ends.
+/// One that never ends, and goes a step further each time: it never repeats itself.
 const ENDLESS: &str = "\
 ; axes: 7
-01000,9000,0,21,0,21,0,21
+01001,9000,0,21,0,21,0,21
 0-1000,9000,0,21,0,21,0,21
 30,-2
 9
@@ -1546,6 +1546,14 @@ fn what_takes_long_is_paused_and_cancelled() {
     // Something that will never be is looked for.
     let asked = editor.send("evaluate", json!({ "expression": "next y = 5", "context": "repl" }));
     let cancel = editor.send("cancel", json!({ "requestId": asked }));
+    assert_eq!(editor.answer(asked), Err("cancelled".to_owned()));
+    assert_eq!(editor.answer(cancel), Ok(Value::Null));
+    // It shows how far it has come, and is cancelled by that, too.
+    let asked = editor.send("evaluate", json!({ "expression": "next y = 5", "context": "repl" }));
+    let progress = editor.event("progressStart");
+    assert_eq!(progress["title"], "next y = 5");
+    assert!(text(&progress["message"]).starts_with("at "), "{progress}");
+    let cancel = editor.send("cancel", json!({ "progressId": progress["progressId"] }));
     assert_eq!(editor.answer(asked), Err("cancelled".to_owned()));
     assert_eq!(editor.answer(cancel), Ok(Value::Null));
     // What waits behind it is cancelled as well.

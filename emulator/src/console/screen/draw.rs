@@ -45,7 +45,8 @@ fn divided(area: Rect, picture: &Picture) -> Panes {
     let lines = picture.listing.lines.len().min(1_000) as u16 + 1;
     let listing = lines.min(middle / 2).max(middle.min(3));
     let axes = axes(&picture.view).count() as u16 + 1;
-    let ports = if middle >= 24 { 1 + port_lines(&picture.view).len() as u16 + 1 } else { 0 };
+    let ports =
+        if middle >= 24 { 1 + port_lines(&picture.view, right).len() as u16 + 1 } else { 0 };
     let beside = x + left + 1;
     Panes {
         heading: row(0, 1),
@@ -95,7 +96,7 @@ pub(crate) fn draw(
     path.draw(buffer, panes.path, inks);
     if panes.ports.height > 0 {
         let mut brush = Brush::titled(buffer, panes.ports, inks, "ports", "");
-        for line in port_lines(&picture.view) {
+        for line in port_lines(&picture.view, panes.ports.width) {
             brush.line(&[(line, Ink::Plain)]);
         }
     }
@@ -264,15 +265,19 @@ fn travel(picture: &Picture, axis: &AxisView, width: usize) -> (String, bool) {
     (bar, low_switch || high_switch)
 }
 
-/// The ports with their bits.
-fn port_lines(view: &View<Details>) -> Vec<String> {
+/// The ports with their bits, as many beside each other as fit into the width whole.
+fn port_lines(view: &View<Details>, width: u16) -> Vec<String> {
+    const GAP: &str = "   ";
     let mut ports: Vec<_> = view.ports.iter().collect();
     ports.sort_by_key(|port| (!port.input, port.port));
     let text = |port: &&vimc4_device::PortView| {
         let way = if port.input { "in " } else { "out" };
         format!("{way} {:>5}  {:08b}", port.port, port.value)
     };
-    ports.iter().map(text).collect::<Vec<_>>().chunks(3).map(|three| three.join("   ")).collect()
+    let texts: Vec<String> = ports.iter().map(text).collect();
+    let longest = texts.iter().map(String::len).max().unwrap_or(1);
+    let columns = (usize::from(width) + GAP.len()) / (longest + GAP.len());
+    texts.chunks(columns.clamp(1, 3)).map(|row| row.join(GAP)).collect()
 }
 
 /// The buttons and switches, with the keys that work them.
@@ -469,6 +474,19 @@ mod tests {
             assert!(shown.contains("3,999") || shown.contains("4,000"), "{shown}");
             assert!(!shown.contains('\u{1b}'), "{shown}");
             assert!(shown.contains("! a␛[2Jb"), "{shown}");
+        }
+    }
+
+    #[test]
+    fn no_port_is_cut_in_the_middle_of_its_value() {
+        let picture = picture();
+        let ports = picture.view.ports.len();
+        for (width, height) in [(80, 40), (100, 40), (120, 50), (140, 50), (200, 60)] {
+            let (_, rows) = drawn(&picture, true, width, height);
+            let is_value = |word: &&str| word.len() == 8 && word.chars().all(|c| "01".contains(c));
+            let shown: usize =
+                rows.iter().map(|row| row.split_whitespace().filter(is_value).count()).sum();
+            assert_eq!(shown, ports, "{width} x {height}:\n{}", rows.join("\n"));
         }
     }
 

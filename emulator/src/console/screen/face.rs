@@ -6,19 +6,20 @@ use std::io::{self, IsTerminal, Stdout};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use ratatui_core::terminal::Terminal;
 use ratatui_crossterm::CrosstermBackend;
-use ratatui_crossterm::crossterm::cursor::Show;
+use ratatui_crossterm::crossterm::cursor::{MoveTo, Show};
 use ratatui_crossterm::crossterm::event::{
     self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers,
 };
 use ratatui_crossterm::crossterm::execute;
+use ratatui_crossterm::crossterm::style::{Attribute, Print, SetAttribute};
 use ratatui_crossterm::crossterm::terminal::{
-    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode, size,
 };
 use vimc4_device::SignalKind;
 
@@ -126,10 +127,14 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
     let _ = event::poll(Duration::ZERO);
     let mut ears = Ears::listen();
     session.cancel.look = Some(is_interrupted);
+    let shown_before = session.show.replace(Arc::new(show_below));
     let mut look = Look::new(inks());
     look.is_first = is_first;
     let leaving = loop {
         let picture = look.picture(session);
+        if IS_WRITTEN_OVER.swap(false, Ordering::Relaxed) {
+            stage.0.clear().map_err(failed)?;
+        }
         let drawn = stage.0.draw(|frame| {
             let area = frame.area();
             if let Some(cursor) = draw(&picture, look.inks, area, frame.buffer_mut()) {
@@ -195,8 +200,28 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
         }
     };
     session.cancel.look = None;
+    session.show = shown_before;
     drop(stage);
     Ok(leaving)
+}
+
+/// Whether the last line has something else than was drawn there.
+static IS_WRITTEN_OVER: AtomicBool = AtomicBool::new(false);
+
+/// Shows how far a search has come on the last line of the screen, which is drawn anew afterwards.
+fn show_below(text: &str) {
+    let Ok((width, height)) = size() else { return };
+    IS_WRITTEN_OVER.store(true, Ordering::Relaxed);
+    let width = usize::from(width.saturating_sub(1));
+    let line: String = format!(" {text:<width$}").chars().take(width).collect();
+    // Who cannot be told waits all the same.
+    let _ = execute!(
+        io::stdout(),
+        MoveTo(0, height.saturating_sub(1)),
+        SetAttribute(Attribute::Reverse),
+        Print(line),
+        SetAttribute(Attribute::Reset)
+    );
 }
 
 /// Stops the program as Ctrl-Z does, until the shell lets it go on.
@@ -384,7 +409,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
         Act::WholePath => look.gaze = Gaze::default(),
         Act::Picture => {
             look.pictures += 1;
-            let size = ratatui_crossterm::crossterm::terminal::size().unwrap_or((80, 24));
+            let size = size().unwrap_or((80, 24));
             let line = format!("picture console-{}.svg {}x{}", look.pictures, size.0, size.1);
             return carry_out(session, &line);
         }
