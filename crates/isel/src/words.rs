@@ -424,6 +424,15 @@ fn number_in_words(
     }
 }
 
+/// The models with a command set.
+fn models_of(dialect: Dialect) -> &'static str {
+    match dialect {
+        Dialect::Imc4 => "imc4",
+        Dialect::Imc4M => "imc4-m",
+        Dialect::ImcXx => "imc-m, imc-mp, imc-s8",
+    }
+}
+
 /// Why a text does not even begin like a command, if there is more to say.
 fn no_command_in_words(
     fault: Fault,
@@ -434,16 +443,18 @@ fn no_command_in_words(
 ) -> Option<String> {
     let shown = shown(text);
     let is_direct = text.trim_ascii_start().starts_with(b"@");
-    let elsewhere = Dialect::ALL.into_iter().filter(|other| *other != dialect);
-    let is_known = |mode| {
-        let known = |dialect| matches!(parse(text, dialect, mode, device), Ok(Addressed::Frame(_)));
-        elsewhere.clone().any(known)
+    let knows = |other: &Dialect| {
+        *other != dialect && matches!(parse(text, *other, mode, device), Ok(Addressed::Frame(_)))
     };
+    let others: Vec<&str> =
+        Dialect::ALL.iter().filter(|other| knows(other)).map(|other| models_of(*other)).collect();
     Some(match fault {
         Fault::NotStorable if is_direct => {
             format!("{shown}: a direct command while a program is being stored")
         }
-        _ if is_known(mode) => format!("{shown}: other models have this command (command_set)"),
+        _ if !others.is_empty() => {
+            format!("{shown}: not a command of this model, but of {}", others.join(", "))
+        }
         Fault::NotStorable => format!("{shown}: no command that can be stored begins like this"),
         Fault::NoAddress if parse(text, dialect, Mode::Stored, device).is_ok() => {
             format!(

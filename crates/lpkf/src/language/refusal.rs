@@ -136,25 +136,42 @@ fn unknown(raw: &[u8], grammar: Grammar, values: &[Number]) -> String {
     let mut others = forms_for(letters, grammar.dialect).filter(|form| grammar.knows(form));
     match (others.next(), known_with(raw, grammar)) {
         (Some(form), _) => format!("{}, {} came", takes(&name.to_string(), form), count_of(values)),
-        (None, Some(value)) => format!("{name}: other models have this command ({value})"),
-        (None, None) => format!("{name}: no such command"),
+        (None, Some(others)) => format!("{name}: {others} has this command"),
+        (None, None) => {
+            let other = with_other_prefix(raw);
+            match is_known(&other, grammar) {
+                true => {
+                    let meant = self::letters(&other).escape_ascii();
+                    format!("{name}: no such command; did you mean {meant}?")
+                }
+                false => format!("{name}: no such command"),
+            }
+        }
     }
 }
 
-/// The profile value with which a model would know a command.
+/// The model, or the value of a profile, that would know a command.
 fn known_with(raw: &[u8], grammar: Grammar) -> Option<&'static str> {
-    let other_dialect = match grammar.dialect {
-        Dialect::Smcu => Dialect::MotionSystem,
-        Dialect::MotionSystem => Dialect::Smcu,
+    let (dialect, model) = match grammar.dialect {
+        Dialect::Smcu => (Dialect::MotionSystem, "the model motionsystem"),
+        Dialect::MotionSystem => (Dialect::Smcu, "the model smcu"),
     };
     let others = [
-        (Grammar { shapes: true, ..grammar }, "shapes"),
-        (Grammar { reads_ports: true, ..grammar }, "read_port"),
-        (Grammar { space_moves: true, ..grammar }, "ta"),
-        (other_dialect.into(), "command_set"),
+        (Grammar { shapes: true, ..grammar }, "a profile with shapes = true"),
+        (Grammar { reads_ports: true, ..grammar }, "a profile with read_port = true"),
+        (Grammar { space_moves: true, ..grammar }, "a profile with ta = \"move\""),
+        (dialect.into(), model),
     ];
-    let known = |grammar: Grammar| parse(raw, grammar) != Err(Status::UnknownCommand);
-    others.into_iter().find(|(other, _)| known(*other)).map(|(_, value)| value)
+    others.into_iter().find(|(other, _)| is_known(raw, *other)).map(|(_, others)| others)
+}
+
+fn is_known(raw: &[u8], grammar: Grammar) -> bool {
+    parse(raw, grammar) != Err(Status::UnknownCommand)
+}
+
+/// A command without its `!`, or with one where it has none.
+fn with_other_prefix(raw: &[u8]) -> Vec<u8> {
+    raw.strip_prefix(b"!").map_or_else(|| [b"!", raw].concat(), <[u8]>::to_vec)
 }
 
 /// Which value of a form is wrong: the first that no machine could take.
