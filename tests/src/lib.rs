@@ -3,8 +3,8 @@
 //! [`behaviour`] makes the behaviour document from the fixture sessions, [`shown`] says what
 //! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs,
 //! [`mishaps`] makes random sessions in which much goes wrong, [`moments`] looks at what conditions
-//! are about, [`ncp_reference`] makes the reference of job files, and [`pieces`] has movements that
-//! take several motions. The sessions themselves are read and played by `vimc4-conform`.
+//! are about, [`ncp_reference`] makes the reference of job files, [`pieces`] has movements that
+//! take several motions, and [`plain`] finds messages that are not in words. The sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
@@ -14,6 +14,7 @@ pub mod mishaps;
 pub mod moments;
 pub mod ncp_reference;
 pub mod pieces;
+pub mod plain;
 pub mod shown;
 
 /// What the pages on faults and scenarios show in Rust is so, and what the library's page in the registry

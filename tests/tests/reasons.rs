@@ -13,6 +13,7 @@ use vimc4_conform::play::{Drive, play};
 use vimc4_conform::workshop::Workshop;
 use vimc4_isel_wire::Reply;
 use vimc4_lpkf::language::{Dialect, Status};
+use vimc4_tests::plain::debug_text;
 use vimc4_tests::shown::shown;
 
 #[test]
@@ -47,6 +48,22 @@ fn every_error_of_every_session_is_explained_and_its_code_in_the_table() {
             }
         }
     }
+    let wrong: Vec<String> = wrong.into_iter().collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_message_of_every_session_is_in_words() {
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let mut wrong = BTreeSet::new();
+    let mut count = 0;
+    for shown in shown(sessions.iter().chain(&table())) {
+        count += shown.record.messages.len();
+        wrong.extend(shown.record.messages.iter().filter_map(|message| {
+            debug_text(message).map(|part| format!("{}: {part}", shown.session.id))
+        }));
+    }
+    assert!(count > 1_000, "only {count} messages were seen");
     let wrong: Vec<String> = wrong.into_iter().collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

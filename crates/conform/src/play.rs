@@ -37,6 +37,8 @@ pub struct Record {
     pub answers: BTreeSet<(Cow<'static, str>, String)>,
     /// Errors that were answered: mnemonic, kind as above, and why, as the controller says.
     pub errors: BTreeSet<(Cow<'static, str>, String, String)>,
+    /// Everything that was said for people: reasons, warnings, news.
+    pub messages: BTreeSet<String>,
     /// Lines of stored programs that were executed.
     pub lines: BTreeSet<Cow<'static, str>>,
     /// Signals that were set, by name.
@@ -49,6 +51,19 @@ pub struct Record {
     pub wrote_flash: bool,
     /// An output was switched.
     pub switched: bool,
+}
+
+/// What an event says for people.
+fn message_of(event: &Event) -> Option<String> {
+    match event {
+        Event::Ignored { why, .. } | Event::CutShort { why, .. } => Some(why.to_string()),
+        Event::Answer { why, .. } => why.as_ref().map(ToString::to_string),
+        Event::Warning(warning) => Some(warning.to_string()),
+        Event::Flash { what } => Some(what.to_string()),
+        Event::Fault { news, .. } => Some(news.to_string()),
+        Event::Rule { news, .. } => Some(news.to_string()),
+        _ => None,
+    }
 }
 
 /// A look at a session after one of its steps.
@@ -337,6 +352,7 @@ impl<D: Device> Player<D> {
     }
 
     fn watch(&mut self, at: Time, event: Event) {
+        self.record.messages.extend(message_of(&event));
         match event {
             Event::Command { mnemonic, .. } => {
                 self.record.commands.insert(mnemonic);

@@ -261,7 +261,7 @@ impl fmt::Display for Said<'_> {
                     Event::Fault { number, news } => write!(f, "fault {number} {news}"),
                     Event::Rule { rule, news } => write!(f, "rule {rule} {news}"),
                     Event::Warning(warning) => write!(f, "warning: {warning}"),
-                    other => write!(f, "{other:?}"),
+                    _ => f.write_str("something else happened"),
                 }?;
                 command.map_or(Ok(()), |command| write!(f, "  (#{command})"))
             }

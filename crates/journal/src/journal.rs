@@ -239,7 +239,7 @@ fn machine_words(event: &Event, names: &Names) -> String {
             format!("        {}", signal_words(*signal, *value, names))
         }
         Event::Port { port, value } => format!("        port {port} is {value}"),
-        other => format!("        {other:?}"),
+        _ => "        something else happened".to_owned(),
     }
 }
 

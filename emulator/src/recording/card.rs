@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::Value;
-use vimc4_device::{Event, Time, escape};
+use vimc4_device::{Event, Grouped, Motion, Time, escape};
 use vimc4_timeline::recording::{Difference, FieldDifference, Said, SaidDifference, Told};
 
 use crate::text::{shortened, shown_in_line};
@@ -110,7 +110,25 @@ fn told(told: &Told) -> String {
         Event::Line { line, mnemonic } => format!("line {line} of the program: {mnemonic}"),
         Event::Signal { signal, value } => format!("signal {} became {value}", signal.0),
         Event::Warning(warning) => warning.to_string(),
-        other => format!("{number}{other:?}"),
+        Event::Motion(Motion::Begins { segment, .. }) => {
+            let steps = Grouped(i64::try_from(segment.profile.steps()).unwrap_or(i64::MAX));
+            format!("{number}a motion of {steps} steps began")
+        }
+        Event::Motion(Motion::Changes { .. }) => format!("{number}the motion braked"),
+        Event::Motion(Motion::Ends { steps }) => {
+            let steps = Grouped(i64::try_from(*steps).unwrap_or(i64::MAX));
+            format!("{number}the motion ended after {steps} steps")
+        }
+        Event::Switch { axis, positive, active } => {
+            let (end, level) = (if *positive { '+' } else { '-' }, u8::from(*active));
+            format!("{number}limit switch {end} of axis {axis} became {level}")
+        }
+        Event::Port { port, value } => format!("{number}port {port} became {value}"),
+        Event::Flash { what } => format!("{number}flash memory: {what}"),
+        Event::Baud { baud } => format!("{number}the line has {baud} baud"),
+        Event::Fault { number, news } => format!("fault {number} {news}"),
+        Event::Rule { rule, news } => format!("rule {rule} {news}"),
+        _ => format!("{number}something else happened"),
     }
 }
 
