@@ -159,7 +159,7 @@ fn run_sent_and_stored_it_takes_the_same_path() {
 
 #[test]
 fn check_says_everything_and_where() {
-    let job = "IMF_PBL\nREF XYZ\nMOVEABSX 5\nMOVEABS X5 Q7\n(Steps per circle: 64)\nMOVEABS B5\n";
+    let job = "IMF_PBL\nREF XYZ\nMOVEABSX 5\nMOVEABS X5 Q7\n(Steps per circle: 64)\nMOVEABS B5\nPROGEND\n";
     let folder = Folder::with(job);
     let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
     let lines: Vec<&str> = out.lines().collect();
@@ -167,7 +167,7 @@ fn check_says_everything_and_where() {
     for (line, place) in lines.iter().zip(["3:1", "4:12", "5:1", "6:9"]) {
         assert!(line.starts_with(&format!("job.ncp:{place}: error[")), "{line}");
     }
-    assert_eq!(lines[4], "job.ncp: 6 lines, 4 errors");
+    assert_eq!(lines[4], "job.ncp: 7 lines, 4 errors");
 
     let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "json"], 1);
     let json: Value = serde_json::from_str(&out).unwrap();
@@ -181,7 +181,7 @@ fn check_says_everything_and_where() {
     // What may move something is not left out.
     let lenient = ["ncp", "check", "job.ncp", "--format", "short", "--lenient"];
     let (out, _) = ends(&folder, &lenient, 1);
-    assert!(out.ends_with("6 lines, 3 errors, 1 warning\n"), "{out}");
+    assert!(out.ends_with("7 lines, 3 errors, 1 warning\n"), "{out}");
     assert!(out.contains("\njob.ncp: the job ends at line 3: unknown command `MOVEABSX`"), "{out}");
     let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "json", "--lenient"], 1);
     let json: Value = serde_json::from_str(&out).unwrap();
@@ -357,7 +357,8 @@ fn run_with(folder: &Path, machine: &str, typed: &str) -> (Value, String) {
     terminal.write_all(typed.as_bytes()).unwrap();
     let mut command = Command::new(VIMC4);
     command.args(["ncp", "run", "job.ncp", "--machine", machine, "--json"]);
-    let output = command.current_dir(folder).stdin(end).start().unwrap().output_in_time().unwrap();
+    command.current_dir(folder).stdin(end).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let output = command.start().unwrap().output_in_time().unwrap();
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     let json = serde_json::from_str(&out);
     assert!(json.is_ok(), "{out}{err}");
@@ -1130,8 +1131,8 @@ fn what_is_wrong_with_a_program_to_be_stored_is_told_to_programs() {
         (out, found)
     };
     let asks = (String::new(), vec!["no-operator".to_owned(), "mark-missing".to_owned()]);
-    assert_eq!(told("REF XYZ\nHALT\n", 1), asks);
-    let (out, found) = told("REF XYZ\nMOVEABS X1000\n", 0);
+    assert_eq!(told("REF XYZ\nHALT\nPROGEND\n", 1), asks);
+    let (out, found) = told("REF XYZ\nMOVEABS X1000\nPROGEND\n", 0);
     assert!(out.ends_with("\n9\n") && found == ["mark-missing"], "{out} {found:?}");
 }
 
@@ -1938,7 +1939,8 @@ fn a_hole_in_single_steps_is_warned_of() {
         ("C2 D1000 F1000 S1000", ""),
         ("C1 D3000 F1000 S1000", ""),
     ] {
-        let job = format!("IMF_PBL\nREF XYZ\nDRILLDEF {definition}\nDRILL X1000\nDRILL X2000\n");
+        let job =
+            format!("IMF_PBL\nREF XYZ\nDRILLDEF {definition}\nDRILL X1000\nDRILL X2000\nPROGEND\n");
         fs::write(folder.join("job.ncp"), job).unwrap();
         let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 0);
         assert_eq!(out.lines().count(), if said.is_empty() { 1 } else { 2 }, "{out}");
@@ -2335,7 +2337,7 @@ fn a_poll_that_is_lost_is_no_end_of_what_is_asked() {
 
 #[test]
 fn what_a_lenient_reading_leaves_out_is_said() {
-    let lines = "SETBIT A1.3=1 FOO\nVEL 8000 (slowly)\n(whole)\nMOVEABS X1 FAST\n";
+    let lines = "SETBIT A1.3=1 FOO\nVEL 8000 (slowly)\n(whole)\nMOVEABS X1 FAST\nPROGEND\n";
     let folder = Folder::with(format!("IMF_PBL\nREF XYZ\n{lines}"));
     let check = ["ncp", "check", "job.ncp", "--lenient", "--format"];
     let (out, _) = ends(&folder, &[&check[..], &["short"]].concat(), 1);
@@ -2353,4 +2355,66 @@ fn what_a_lenient_reading_leaves_out_is_said() {
     // Nobody who is not lenient leaves anything out.
     let (out, _) = ends(&folder, &["ncp", "check", "job.ncp"], 1);
     assert!(!out.contains("left out"), "{out}");
+}
+
+#[test]
+fn a_warning_of_the_controller_is_in_words() {
+    let folder = Folder::with("IMF_PBL\nREF A\nPROGEND\n");
+    let run = ["ncp", "run", "job.ncp", "--machine", "mill", "--press", "stop@2s"];
+    let (out, _) = ends(&folder, &run, 0);
+    assert!(out.contains("warning   no switch is ahead of A: its reference run"), "{out}");
+    assert!(!out.contains(['{', '"']), "{out}");
+}
+
+#[test]
+fn a_wait_that_nothing_ends_says_what_the_port_reads() {
+    let folder = Folder::with("IMF_PBL\nWAITPORT E1==11000101B\nPROGEND\n");
+    let (out, err) = ends(&folder, &["ncp", "run", "job.ncp"], 3);
+    let waits = "line 2 waits until port 0 reads 11000101B; it reads 11000000B, and the bits \
+                 0.0, 0.2 differ";
+    assert!(out.contains(waits), "{out}");
+    assert!(err.contains("only E1.3 and E1.4 can change"), "{err}");
+}
+
+#[test]
+fn a_program_that_is_too_large_says_where_to_split_it() {
+    let moves = "MOVEREL X1000\nMOVEREL X-1000\n".repeat(600);
+    let folder = Folder::with(format!("IMF_PBL\nREF XYZ\n{moves}PROGEND\n"));
+    let (_, err) = ends(&folder, &["ncp", "compile", "job.ncp"], 1);
+    // z1, 77, z1, 1,200 moves, and the end.
+    let needed = 3 * 5 + 1_200 * 33 + 1;
+    let says = format!("the program needs {needed} bytes and the controller has 32768");
+    assert!(err.contains(&says), "{err}");
+    assert!(err.contains("split the job into 2 or more"), "{err}");
+    // 992 moves fit behind the first two lines.
+    assert!(err.contains("split it at line 995"), "{err}");
+}
+
+#[test]
+fn a_job_that_was_cut_off_is_refused() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS X1660");
+    for command in [&["ncp", "check"][..], &["ncp", "run"], &["ncp", "compile"]] {
+        let (out, err) = ends(&folder, &[command, &["job.ncp"]].concat(), 1);
+        assert!(format!("{out}{err}").contains("in the middle of this line"), "{out}{err}");
+    }
+    let (out, _) = ends(&folder, &["ncp", "run", "job.ncp", "--lenient"], 1);
+    assert!(out.contains("\nX                   1.000 mm"), "{out}");
+    assert!(out.contains("line 4 cannot be carried out: the file ends in"), "{out}");
+}
+
+#[test]
+fn between_holes_the_path_is_rapid() {
+    let folder = Folder::with(
+        "IMF_PBL\nREF XYZ\nDRILLDEF C2 D3000 F1000 O1000 V2000 L1000 S5000\nDRILL X1000\nDRILL X9000\n\
+         PROGEND\n",
+    );
+    ends(&folder, &["ncp", "run", "job.ncp", "--as", "dxf", "out.dxf"], 0);
+    let drawing = fs::read_to_string(folder.join("out.dxf")).unwrap().replace('\r', "");
+    let lines: Vec<&str> = drawing.split("\nLINE\n").skip(1).collect();
+    let on = |layer: &str| {
+        lines.iter().filter(|line| line.starts_with(&format!("  8\n{layer}\n"))).count()
+    };
+    // Three depths a hole are fed.
+    assert_eq!(on("FEED"), 6, "{drawing}");
+    assert!(on("RAPID") >= 10, "{drawing}");
 }

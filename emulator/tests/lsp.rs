@@ -198,7 +198,7 @@ fn an_end_without_shutdown_is_a_failure() {
 
 #[test]
 fn problems_follow_what_is_typed() {
-    let mut editor = Editor::with("IMF_PBL\nREF XYZ\n; ä€𝄞\nN1 MOVABS X5\n");
+    let mut editor = Editor::with("IMF_PBL\nREF XYZ\n; ä€𝄞\nN1 MOVABS X5\nPROGEND\n");
     assert_eq!(editor.problems(Some(1)), [problem("unknown-command", 1, [3, 3, 3, 9])]);
     let at = |character| json!({ "line": 3, "character": character });
     // The name is mended, and its axis spoilt.
@@ -207,7 +207,7 @@ fn problems_follow_what_is_typed() {
     editor.change(3, json!({ "range": { "start": at(11), "end": at(12) }, "text": "Q" }));
     let wrong = editor.problems(Some(3));
     assert_eq!(wrong[0], problem("unknown-word", 1, [3, 11, 3, 13]));
-    editor.change(4, json!({ "text": "REF XYZ\r\nMOVEABS X1.2345\r\n" }));
+    editor.change(4, json!({ "text": "REF XYZ\r\nMOVEABS X1.2345\r\nPROGEND\r\n" }));
     assert_eq!(
         editor.problems(Some(4)),
         [problem("mark-missing", 2, [0, 0, 0, 0]), problem("rounded", 2, [1, 9, 1, 15])]
@@ -234,7 +234,7 @@ fn what_the_machine_cannot_do_is_told_too() {
 
 #[test]
 fn columns_are_those_of_utf_16() {
-    let mut editor = Editor::with("IMF_PBL\nREF XYZ\nHALT 𝄞ä x\n");
+    let mut editor = Editor::with("IMF_PBL\nREF XYZ\nHALT 𝄞ä x\nPROGEND\n");
     assert_eq!(editor.problems(Some(1)), [problem("surplus-text", 1, [2, 5, 2, 10])]);
     editor.change(2, json!({ "text": "IMF_PBL\nREF XYZ\rMOVEABS 𝄞 Q5" }));
     // A CR alone ends a line for editors, and so it does here.
@@ -244,7 +244,7 @@ fn columns_are_those_of_utf_16() {
 #[test]
 fn arguments_say_how_a_file_is_read() {
     let mut editor = Editor::new("--lenient");
-    editor.open("IMF_PBL\n(Steps per circle: 64)\nREF XYZ\n");
+    editor.open("IMF_PBL\n(Steps per circle: 64)\nREF XYZ\nPROGEND\n");
     assert_eq!(editor.problems(Some(1)), [problem("bracket-comment", 2, [1, 0, 1, 22])]);
 }
 
@@ -258,15 +258,15 @@ fn a_file_full_of_problems_shows_the_first_of_them() {
 
 #[test]
 fn an_end_of_file_as_dos_has_it_is_no_problem() {
-    let editor = Editor::with("IMF_PBL\nREF XYZ\n\u{1a}");
+    let editor = Editor::with("IMF_PBL\nREF XYZ\nPROGEND\n\u{1a}");
     assert_eq!(editor.problems(Some(1)), []);
 }
 
 #[test]
 fn a_byte_order_mark_is_no_problem_and_shifts_nothing() {
-    let editor = Editor::with("\u{feff}IMF_PBL\nREF XYZ\n");
+    let editor = Editor::with("\u{feff}IMF_PBL\nREF XYZ\nPROGEND\n");
     assert_eq!(editor.problems(Some(1)), []);
-    let mut editor = Editor::with("\u{feff}MOVABS X5\n");
+    let mut editor = Editor::with("\u{feff}MOVABS X5\nPROGEND\n");
     let told = editor.problems(Some(1));
     assert!(told.contains(&problem("unknown-command", 1, [0, 1, 0, 7])), "{told:?}");
     let range =
@@ -279,7 +279,7 @@ fn a_byte_order_mark_is_no_problem_and_shifts_nothing() {
 fn a_byte_order_mark_stays_before_all_that_is_mended() {
     let behind = json!({ "line": 0, "character": 1 });
     let empty = json!({ "start": behind, "end": behind });
-    let mut editor = Editor::with("\u{feff}REF X\n");
+    let mut editor = Editor::with("\u{feff}REF X\nPROGEND\n");
     assert_eq!(editor.problems(Some(1)), [problem("mark-missing", 2, [0, 1, 0, 1])]);
     let before = json!({ "line": 0, "character": 0 });
     for range in [json!({ "start": before, "end": before }), empty.clone()] {
@@ -385,7 +385,7 @@ fn edited(text: &str, edits: &Value) -> String {
 
 #[test]
 fn problems_are_mended() {
-    let text = "IMF_PBL\nN5 movabs X5 ; x\n(Steps: 64)\nREF X\n";
+    let text = "IMF_PBL\nN5 movabs X5 ; x\n(Steps: 64)\nREF X\nPROGEND\n";
     let mut editor = Editor::with(text);
     let published = editor.hear();
     let told = published["params"]["diagnostics"].clone();
@@ -410,7 +410,7 @@ fn problems_are_mended() {
     assert_eq!(action["isPreferred"], true);
     assert_eq!(action["diagnostics"], json!([told[0]]));
     let after = edited(text, &action["edit"]["changes"][FILE]);
-    assert_eq!(after, "IMF_PBL\nN5 MOVEABS X5 ; x\n(Steps: 64)\nREF X\n");
+    assert_eq!(after, "IMF_PBL\nN5 MOVEABS X5 ; x\n(Steps: 64)\nREF X\nPROGEND\n");
     let actions = ask(2, &json!([]), json!(["quickfix"]));
     assert_eq!(
         edited(text, &actions[0]["edit"]["changes"][FILE]).lines().nth(2),

@@ -14,8 +14,8 @@ use vimc4_conform::format::merge;
 use vimc4_conform::source::{Source, with_manual};
 use vimc4_conform::workshop;
 use vimc4_device::parse_duration;
-use vimc4_motion::Ramp;
-use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
+use vimc4_ncp::job::{NoZero, Options, Register, Target, Zero};
+pub use vimc4_script::target;
 
 /// Names that stand for several models.
 const GROUPS: [(&str, &[&str]); 2] =
@@ -496,28 +496,4 @@ impl JobCase {
         self.registers.iter().for_each(|register| target.fill(*register));
         Ok(target)
     }
-}
-
-/// What a job has to know of a model and its machine.
-///
-/// # Errors
-///
-/// If the model is none of isel's.
-pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
-    let Model::Isel(model) = model else { return Err(format!("{} is not isel's", model.name())) };
-    let controller = Controller {
-        dialect: model.command_set.dialect(),
-        speeds: model.limits.speeds(),
-        ramp: Ramp {
-            start_stop: model.defaults.start_stop,
-            acceleration: model.defaults.acceleration,
-        },
-        inputs: model.ports.inputs().collect(),
-        outputs: model.ports.outputs().collect(),
-        memory: model.flash.size,
-        command_bytes: model.flash.command_bytes,
-        parameter_bytes: model.flash.parameter_bytes,
-        branch_from_next: model.quirks.branches_from_next(),
-    };
-    Ok(Target::new(controller, machine))
 }

@@ -70,4 +70,4 @@ pub use settings::Settings;
 pub use state::State;
 pub use view::{Details, Interpolation, LoopView, NoMotion, ProgramStatus, ProgramView};
 pub use vimc4_isel_wire::Plane;
-pub use wiring::{Output, Outputs, Ports, Wire};
+pub use wiring::{InputBits, Output, Outputs, Ports, Wire};

@@ -230,6 +230,22 @@ impl From<Wire> for String {
 }
 
 impl Wire {
+    /// The level of a wire of the panel while nobody touches it; `None` for other wires.
+    fn panel_level(self) -> Option<bool> {
+        match self {
+            Wire::EmergencyCircuit
+            | Wire::Cover
+            | Wire::CoverAutomatic
+            | Wire::CoverSetup
+            | Wire::Key
+            | Wire::PowerOk => Some(true),
+            Wire::Stop | Wire::Start | Wire::On | Wire::EmergencyStop | Wire::Overtemperature => {
+                Some(false)
+            }
+            _ => None,
+        }
+    }
+
     /// The signal of the plant that alone drives this wire, if there is one.
     #[must_use]
     pub fn signal(self) -> Option<PlantSignal> {
@@ -300,6 +316,42 @@ impl Ports {
         let port = self.write_alias.get(&port).unwrap_or(&port);
         self.write.get(port).map(Vec::as_slice)
     }
+}
+
+/// The bits of a readable port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InputBits {
+    /// The bits with a wire; the others read 0.
+    pub wired: u8,
+    /// The bits that can change while nobody touches the panel.
+    pub free: u8,
+    /// What the bits of the panel read while nobody touches it.
+    pub rest: u8,
+}
+
+impl Ports {
+    /// The bits of a readable port.
+    #[must_use]
+    pub fn input_bits(&self, port: u16) -> Option<InputBits> {
+        let wires = self.readable(port)?;
+        let wired = bits(wires, |wire| wire != Wire::Reserved);
+        let free = bits(wires, |wire| wire != Wire::Reserved && wire.panel_level().is_none());
+        let rest = bits(wires, |wire| wire.panel_level() == Some(true));
+        Some(InputBits { wired, free, rest })
+    }
+
+    /// The bits of a writable port that have a wire, and whether it is a logical port.
+    #[must_use]
+    pub fn output_bits(&self, port: u16) -> Option<(u8, bool)> {
+        let wires = self.writable(port)?;
+        let wired = bits(wires, |wire| matches!(wire, Wire::Output(_) | Wire::Inverted(_)));
+        Some((wired, wires.len() == 1))
+    }
+}
+
+/// The bits whose wires fit.
+fn bits(wires: &[Wire], fits: impl Fn(Wire) -> bool) -> u8 {
+    wires.iter().enumerate().fold(0, |bits, (bit, wire)| bits | u8::from(fits(*wire)) << bit)
 }
 
 impl wire::PortMap for Ports {

@@ -2,6 +2,7 @@
 //!
 //! `cargo run -p vimc4-ncp --example commands_of_a_job`
 
+use std::collections::BTreeMap;
 use std::error::Error;
 
 use vimc4_isel_wire::Dialect;
@@ -25,8 +26,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         dialect: Dialect::Imc4,
         speeds: 20..=20_000,
         ramp: Ramp { start_stop: 300, acceleration: 100 },
-        inputs: vec![0],
-        outputs: vec![0, 2],
+        inputs: BTreeMap::new(),
+        outputs: BTreeMap::new(),
         memory: 32_768,
         command_bytes: 1,
         parameter_bytes: 4,

@@ -7,7 +7,9 @@ use vimc4_catalogue::{Handling, Machine, Model};
 use vimc4_debug::{Piece, Unit};
 use vimc4_device::{Condition, SignalId};
 use vimc4_motion::Ramp;
-use vimc4_ncp::job::{Controller, InputTest, Job, Options, Question, Step, Target};
+use vimc4_ncp::job::{
+    Controller, InputPort, InputTest, Job, Options, OutputPort, Question, Step, Target,
+};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::ScriptLine;
@@ -190,6 +192,14 @@ pub fn takes_jobs(model: &Model) -> bool {
 /// If the controller takes no jobs, as a sentence.
 pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
     let Some(inner) = model.isel() else { return Err(no_jobs(model)) };
+    let read = |port| {
+        let bits = inner.ports.input_bits(port)?;
+        Some((port, InputPort { wired: bits.wired, free: bits.free, rest: bits.rest }))
+    };
+    let written = |port| {
+        let (wired, is_single) = inner.ports.output_bits(port)?;
+        Some((port, OutputPort { wired, is_single }))
+    };
     let controller = Controller {
         dialect: inner.command_set.dialect(),
         speeds: inner.limits.speeds(),
@@ -197,8 +207,8 @@ pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
             start_stop: inner.defaults.start_stop,
             acceleration: inner.defaults.acceleration,
         },
-        inputs: inner.ports.inputs().collect(),
-        outputs: inner.ports.outputs().collect(),
+        inputs: inner.ports.inputs().filter_map(read).collect(),
+        outputs: inner.ports.outputs().filter_map(written).collect(),
         memory: inner.flash.size,
         command_bytes: inner.flash.command_bytes,
         parameter_bytes: inner.flash.parameter_bytes,

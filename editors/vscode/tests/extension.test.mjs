@@ -102,13 +102,13 @@ const resolved = (configuration) =>
     provider.resolveDebugConfigurationWithSubstitutedVariables(vscode.workspace.workspaceFolders[0], { type: "vimc4", name: "it", ...configuration });
 
 test("a job that does not compile says why: its errors, each with what would be right", async () => {
-    open("asks.ncp", "REF XYZ\nHALT\nMOVEABS X1000\n");
+    open("asks.ncp", "REF XYZ\nHALT\nMOVEABS X1000\nPROGEND\n");
     await commands["vimc4.compile"]();
     assert.equal(told.length, 1);
     assert.match(told[0], /^error: It does not compile: line 2: a stored program cannot wait for the operator; .*leave the line out/);
     assert.doesNotMatch(told[0], /IMF_PBL/);
     told.length = 0;
-    open("wrong.ncp", `IMF_PBL\nREF XYZ\n${"HALT\n".repeat(5)}`);
+    open("wrong.ncp", `IMF_PBL\nREF XYZ\n${"HALT\n".repeat(5)}PROGEND\n`);
     await commands["vimc4.compile"]();
     assert.match(told[0], /line 3: .*line 5: .*And 2 more/);
     assert.equal(shown.length, 0);
@@ -120,12 +120,12 @@ test("a job that does not compile says why: its errors, each with what would be 
 });
 
 test("what is doubtful about a job that compiles is said", async () => {
-    open("no-mark.ncp", "REF XYZ\nMOVEABS X1000\n");
+    open("no-mark.ncp", "REF XYZ\nMOVEABS X1000\nPROGEND\n");
     await commands["vimc4.compile"]();
     assert.match(told.join(), /^warning: It compiles, but line 1: the file mark IMF_PBL is missing; begin the file/);
     assert.match(shown[0].content, /; machine: mill\n/);
     [told, shown] = [[], []];
-    open("right.ncp", "IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    open("right.ncp", "IMF_PBL\nREF XYZ\nMOVEABS X1000\nPROGEND\n");
     await commands["vimc4.compile"]();
     assert.deepEqual([told, shown.length], [[], 1]);
 });

@@ -68,8 +68,11 @@ pub(crate) trait Channel {
         false
     }
 
-    /// Something that a line asks for begins.
-    fn begins(&mut self, line: u32);
+    /// The input port of a wait was read.
+    fn polled(&mut self, _test: InputTest, _read: u8) {}
+
+    /// Something that a line asks for begins; it may be a movement at the rapid speed.
+    fn begins(&mut self, line: u32, is_rapid: bool);
 
     /// It is done.
     fn done(&mut self);
@@ -155,7 +158,7 @@ pub(crate) struct Piece {
 
 /// One thing to do.
 enum Task {
-    Send(Vec<u8>),
+    Send { bytes: Vec<u8>, is_rapid: bool },
     Plot(Piece),
     Dwell(Duration),
     Await(InputTest),
@@ -183,10 +186,12 @@ impl Work<'_> {
     /// What is next; where the job ends with a line that is wrong, `wrong` has what was wrong first.
     fn next(&mut self, wrong: &mut (u32, String)) -> Option<(u32, Task)> {
         match self {
-            Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
+            Work::List(lines) => {
+                lines.next().map(|(line, bytes)| (line, Task::Send { bytes, is_rapid: false }))
+            }
             Work::Plot(pieces) => pieces.next().map(|piece| (piece.line, Task::Plot(piece))),
             Work::Job(job) => {
-                let Order { line, step, .. } = job.next(&mut |diagnostic| {
+                let Order { line, step, is_rapid, .. } = job.next(&mut |diagnostic| {
                     let is_error = diagnostic.problem.severity() == Severity::Error;
                     if is_error && wrong.0 != diagnostic.line {
                         *wrong = (diagnostic.line, vimc4_script::said(&diagnostic.problem));
@@ -196,7 +201,10 @@ impl Work<'_> {
                     Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
                     Step::Await(test) => Task::Await(test),
                     Step::Ask(question) => Task::Ask(question),
-                    step => Task::Send(step.line(job.target().controller.dialect)?),
+                    step => {
+                        let bytes = step.line(job.target().controller.dialect)?;
+                        Task::Send { bytes, is_rapid }
+                    }
                 };
                 Some((line, task))
             }
@@ -226,14 +234,14 @@ pub(crate) fn perform<L: Channel>(
         if let Some(ending) = hold(done, link, attendant, |attendant| attendant.held(done))? {
             return Ok(ending);
         }
-        link.begins(line);
+        link.begins(line, matches!(task, Task::Send { is_rapid: true, .. }));
         if std::mem::replace(&mut before, line) != line
             && let Some(ending) = step(line, link, attendant)?
         {
             return Ok(ending);
         }
         let ending = match task {
-            Task::Send(bytes) => send(line, &bytes, link, attendant)?,
+            Task::Send { bytes, .. } => send(line, &bytes, link, attendant)?,
             Task::Plot(piece) => plot(&piece, link, attendant)?,
             Task::Dwell(time) => {
                 link.wait(time)?;
@@ -410,6 +418,7 @@ fn await_input<L: Channel>(
         let Some(read) = byte(&answer) else {
             return Ok(Some(Ending::Refused { line, sent: question, answer }));
         };
+        link.polled(test, read);
         if test.is_met_by(read) {
             if attendant.leaves() {
                 link.want_halt();

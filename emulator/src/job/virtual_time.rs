@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Heard, Time, Travel, Warning};
+use vimc4_ncp::job::InputTest;
 
 use super::perform::{Channel, refusal};
 use super::unit::{RUN_UP, UNIT, passed, passes_later};
@@ -33,17 +34,10 @@ pub(crate) struct Virtual {
     /// When each line began, if times are kept.
     pub(crate) lines: Vec<(u32, Duration)>,
     handling: Handling,
-    /// What a picture shows of the lines of a job.
-    pub(crate) shown: BTreeMap<u32, Shown>,
-}
-
-/// What a picture shows of a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shown {
-    /// It moves on the way only.
-    Rapid,
-    /// It asks for the tool with this number.
-    Tool(u32),
+    /// The tools that lines of a job ask for, which a picture shows.
+    pub(crate) tools: BTreeMap<u32, u32>,
+    /// The wait of the line, and what the port read last.
+    pub(crate) polled: Option<(InputTest, u8)>,
 }
 
 /// Something that was done.
@@ -71,7 +65,8 @@ impl Virtual {
             line: 0,
             lines: Vec::new(),
             handling,
-            shown: BTreeMap::new(),
+            tools: BTreeMap::new(),
+            polled: None,
         }
     }
 
@@ -176,13 +171,17 @@ impl Channel for Virtual {
         said.into_iter().any(|(_, warning)| matches!(warning, Warning::FalseReference { .. }))
     }
 
-    fn begins(&mut self, line: u32) {
+    fn polled(&mut self, test: InputTest, read: u8) {
+        self.polled = Some((test, read));
+    }
+
+    fn begins(&mut self, line: u32, is_rapid: bool) {
+        self.polled = None;
         let is_new = std::mem::replace(&mut self.line, line) != line;
         let now = self.driver.now();
-        if let Some(drawing) = self.driver.drawing.as_mut().filter(|_| is_new) {
-            let shown = self.shown.get(&line).copied();
-            drawing.is_rapid = shown == Some(Shown::Rapid);
-            if let Some(Shown::Tool(number)) = shown {
+        if let Some(drawing) = self.driver.drawing.as_mut() {
+            drawing.is_rapid = is_rapid;
+            if let Some(number) = self.tools.get(&line).filter(|_| is_new) {
                 drawing.plot.tool(now, format!("tool {number} is put in, line {line}"));
             }
         }

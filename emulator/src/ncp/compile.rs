@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use vimc4_ncp::job::{Options, compile};
+use vimc4_ncp::Problem;
+use vimc4_ncp::job::{self, Options, compile};
 
 use super::problems::{Format, Problems};
 use crate::failure::Failure;
@@ -54,7 +55,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         leave_out_tools: arguments.leave_out_tool_changes,
         ..job.options.reading.options()
     };
+    let mut too_large = None;
     let field = compile(&text, &site.target, options, &mut |diagnostic| {
+        if let Problem::Asked(job::Problem::TooLarge { .. }) = diagnostic.problem {
+            too_large = Some(diagnostic.line);
+        }
         problems.show(diagnostic);
     });
     let end = problems.end();
@@ -67,9 +72,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         if !is_for_people {
             return Ok(ExitCode::FAILURE);
         }
-        return Err(Failure::midway(format!(
-            "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
-        )));
+        return Err(Failure::midway(match too_large {
+            Some(line) if summary.errors == 1 => format!(
+                "{name} is too large to be stored as one program; split it at line {line}, or \
+                 send it with `vimc4 send`"
+            ),
+            _ => format!(
+                "{name} cannot be stored as a program; correct the errors, or send it with \
+                 `vimc4 send`"
+            ),
+        }));
     };
     // It must be run on the same controller and machine, with the same axes. A controller
     // never sees the comments.

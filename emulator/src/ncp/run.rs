@@ -10,8 +10,8 @@ use serde_json::{Map, Value, json};
 use vimc4_catalogue::{Controller, Handling};
 use vimc4_device::{Device, Grouped};
 use vimc4_ncp::Severity;
-use vimc4_ncp::job::Job;
-use vimc4_ncp::language::{Instruction, Rate, TextLine, lines, parse};
+use vimc4_ncp::job::{InputTest, Job};
+use vimc4_ncp::language::{Instruction, TextLine, lines, parse};
 
 use super::check;
 use super::problems::as_json;
@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::job::operator::Operator;
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, shown};
 use crate::job::source::{JobArguments, Site};
-use crate::job::virtual_time::{Shown, Virtual};
+use crate::job::virtual_time::Virtual;
 use crate::output;
 use crate::run::driver::Halt;
 use crate::run::report::{nanos, seconds};
@@ -112,7 +112,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let driver = arguments.world.driver(controller, &site.model, &site.machine, &job.file, None)?;
     let mut link = Virtual::new(driver, Handling::of(&site.model), arguments.json);
     if link.driver.drawing.is_some() {
-        link.shown = noted(text);
+        link.tools = tools(text);
     }
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
@@ -135,17 +135,13 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     Ok(code)
 }
 
-/// What a picture shows of the lines.
-fn noted(text: &str) -> BTreeMap<u32, Shown> {
-    let shown = |line: TextLine<'_>| {
-        let shown = match parse(line.text, &mut |_, _| {}).command?.value {
-            Instruction::Move(_, Rate::Rapid, _) => Shown::Rapid,
-            Instruction::Tool(number) => Shown::Tool(number),
-            _ => return None,
-        };
-        Some((line.number, shown))
+/// The tools that lines ask for.
+fn tools(text: &str) -> BTreeMap<u32, u32> {
+    let tool = |line: TextLine<'_>| match parse(line.text, &mut |_, _| {}).command?.value {
+        Instruction::Tool(number) => Some((line.number, number)),
+        _ => None,
     };
-    lines(text).filter_map(shown).collect()
+    lines(text).filter_map(tool).collect()
 }
 
 /// The results of a check, for tools.
@@ -240,8 +236,9 @@ impl Outcome {
                 (INTERRUPTED, "interrupted", text, Some(link.line))
             }
             Ok(Ending::Unattended { .. }) | Err(Halt::Rounds | Halt::Waiting | Halt::Idling) => {
+                let what = link.polled.map_or_else(|| "waits".to_owned(), awaited);
                 let text = format!(
-                    "{place} waits, and nothing will change that: --yes accepts questions, \
+                    "{place} {what}, and nothing will change that: --yes accepts questions, \
                      --skip-waits passes waits, --input and --press do something"
                 );
                 (3, "waits", text, Some(link.line))
@@ -348,10 +345,25 @@ impl Outcome {
         );
         for (at, warning) in &link.warnings {
             text +=
-                &format!("warning   {warning:?} at {}\n", seconds(*at - vimc4_device::Time::ZERO));
+                &format!("warning   {warning}, at {}\n", seconds(*at - vimc4_device::Time::ZERO));
         }
         text += &format!("ended     {}\n", self.text);
         text
+    }
+}
+
+/// What a line waits for, and what the port reads.
+fn awaited((InputTest { port, bit, value }, read): (InputTest, u8)) -> String {
+    match bit {
+        Some(bit) => format!("waits until bit {port}.{bit} reads {value}"),
+        None => format!(
+            "waits until port {port} reads {value:08b}B; it reads {read:08b}B, and the bits {} differ",
+            (0..8)
+                .filter(|bit| (value ^ read) >> bit & 1 == 1)
+                .map(|bit| format!("{port}.{bit}"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
     }
 }
 

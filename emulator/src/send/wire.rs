@@ -820,7 +820,7 @@ impl Channel for Wire {
         Ok(is_new)
     }
 
-    fn begins(&mut self, line: u32) {
+    fn begins(&mut self, line: u32, _is_rapid: bool) {
         self.progress.begins(line);
         self.show(Duration::ZERO);
     }

@@ -8,6 +8,7 @@ use vimc4::{Machine, Model};
 use vimc4_ncp::job::{self, InputTest, Order, Question, Step, Target};
 use vimc4_ncp::{Diagnostic, Severity, language};
 use vimc4_tests::jobs::JobCase;
+use vimc4_tests::plain::debug_text;
 
 use crate::circle::Course;
 use crate::expect::{fits, same};
@@ -59,6 +60,10 @@ impl Said {
         let before = text.and_then(|text| text.text.get(..span.start as usize)).unwrap_or_default();
         let column = before.chars().count() + 1;
         self.lines.push(format!("{severity} {line}:{column} {}: {problem}", problem.code()));
+        let texts = [Some(problem.to_string()), problem.help()];
+        for text in texts.into_iter().flatten().filter(|text| debug_text(text).is_some()) {
+            self.lines.push(format!("not in words: {text}"));
+        }
     }
 
     /// Whether it is what a job expects, which may leave out messages.

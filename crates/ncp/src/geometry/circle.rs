@@ -116,6 +116,14 @@ impl Circle {
         Circle { end: self.start, end_radius: self.radius, sweep: TAU, ..*self }
     }
 
+    /// Whether it is almost a turn, because its end is given and less than a step before its start.
+    #[must_use]
+    pub fn is_nearly_whole(&self) -> bool {
+        self.end != self.start
+            && self.sweep > PI
+            && length(between(self.start, self.end)) < self.step
+    }
+
     /// Its plane.
     #[must_use]
     pub fn plane(&self) -> Plane {

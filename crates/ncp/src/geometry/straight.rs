@@ -28,6 +28,8 @@ pub struct StraightParameters {
     pub speed: u32,
     /// The speed of A, in Hz.
     pub a_speed: u32,
+    /// Whether it is at the rapid speed.
+    pub is_rapid: bool,
     /// How many steps either may be from where it would be together with the other, 1 or more.
     pub apart: u32,
 }
@@ -81,6 +83,12 @@ impl Straight {
         let line = Path::Line(StraightLine::new([x, y, z, 0, 0, 0]));
         let linear = Way::new(x.abs().max(y.abs()).max(z.abs()));
         Straight { parameters, line, linear, a: Way::new(a.abs()) }
+    }
+
+    /// Whether it is at the rapid speed.
+    #[must_use]
+    pub fn is_rapid(&self) -> bool {
+        self.parameters.is_rapid
     }
 
     /// The cost of moving A separately from the others; `None` where only one of the two moves. It

@@ -103,15 +103,16 @@ pub(super) enum Stroke {
 impl Hole {
     /// The next stroke; `None` when the drill is out of the hole.
     pub(super) fn next(&mut self) -> Option<Stroke> {
-        let (height, speed) = match self.legs.next()? {
+        let (height, speed, is_rapid) = match self.legs.next()? {
             Leg::Across => return Some(Stroke::Straight(self.across)),
             Leg::Dwell(time) => return Some(Stroke::Dwell(micros(time))),
-            Leg::Rapid(height) => (height, self.rapid),
-            Leg::Feed(height) => (height, self.feed),
+            Leg::Rapid(height) => (height, self.rapid, true),
+            Leg::Feed(height) => (height, self.feed, false),
         };
         let way = self.move_to(height);
         let by = [0, 0, way, 0];
-        Some(Stroke::Straight(StraightParameters { by, speed, a_speed: speed, apart: 1 }))
+        let a_speed = speed;
+        Some(Stroke::Straight(StraightParameters { by, speed, a_speed, is_rapid, apart: 1 }))
     }
 
     /// The steps to a height above the reference plane; counts them as made.

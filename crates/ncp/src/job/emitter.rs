@@ -135,6 +135,16 @@ impl Emitter {
         }
     }
 
+    /// Whether the last step is a movement at the rapid speed.
+    pub(super) fn is_rapid(&self) -> bool {
+        match &self.running {
+            Some(Running::Straight(straight) | Running::Hole(_, Some(straight))) => {
+                straight.is_rapid()
+            }
+            _ => false,
+        }
+    }
+
     /// All axes go together from now on; with two they always do.
     fn interpolate(&mut self) {
         if self.axes.count() > 2 {

@@ -10,14 +10,15 @@ mod problem;
 mod resume;
 mod run;
 mod target;
+mod unmapped;
 mod zero;
 
 pub use action::{InputTest, OutputChange, Question};
 pub use emitter::Step;
 pub use field::{Field, compile};
 pub use interpreter::{Options, Standing};
-pub use problem::{Accessories, Problem, Why};
+pub use problem::{Accessories, PortName, PortNames, Problem, Why};
 pub use resume::{NoResumption, Resumption};
 pub use run::{Job, Order, Summary, check, delays};
-pub use target::{Controller, Target};
+pub use target::{Controller, Direction, InputPort, OutputPort, Target};
 pub use zero::{NoZero, Register, Zero};

@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 use vimc4_isel_wire::AxisSet;
 
+use super::target::Direction;
 use crate::Severity;
 use crate::geometry::Reason;
 use crate::language::reference::WHOLE_MARK;
@@ -19,6 +20,15 @@ pub enum Problem {
     /// A command is before the file mark.
     #[error("the file mark IMF_PBL comes after a command")]
     MarkLate,
+    /// There is no PROGEND.
+    #[error("PROGEND is missing: the end of the file may be missing too")]
+    EndMissing,
+    /// There is no PROGEND, and the last line has no end.
+    #[error(
+        "the file ends in the middle of this line and without PROGEND: numbers may be cut short, \
+         and lines may be missing"
+    )]
+    CutOff,
     /// There is no file mark.
     #[error("the file mark IMF_PBL is missing")]
     MarkMissing,
@@ -35,8 +45,13 @@ pub enum Problem {
     #[error("the machine has no {} axis", LETTERS[*.0])]
     NoSuchAxis(usize),
     /// A word is not used.
-    #[error("{0} is ignored: it is not in the plane of the arc")]
-    OutsidePlane(char),
+    #[error("{word} is ignored: it is not in the plane of the arc")]
+    OutsidePlane {
+        /// The word.
+        word: char,
+        /// The command that would use it.
+        helix: Option<&'static str>,
+    },
     /// A target is beyond what LIMIT allows.
     #[error("{} would go to {at} in machine coordinates, beyond its LIMIT {lowest},{highest}", LETTERS[*axis])]
     BeyondLimit {
@@ -74,6 +89,8 @@ pub enum Problem {
         axis: usize,
         /// Where the word would lead, in machine coordinates.
         at: Value,
+        /// The command that would lead there.
+        helix: Option<&'static str>,
     },
     /// J and K are both given for the same axis.
     #[error("J and K both give the centre in Z")]
@@ -91,6 +108,9 @@ pub enum Problem {
     /// An arc whose centre is where it starts.
     #[error("the arc has no radius: its centre is where it starts")]
     NoRadius,
+    /// An arc whose end is hardly beside its start, on the side that it leaves last.
+    #[error("the end is less than a step from the start: this makes a whole circle")]
+    NearlyWhole,
     /// An arc that does not lead to its end.
     #[error("the end is not on the arc: the radius is {start} at the start and {end} at the end")]
     UnevenRadius {
@@ -146,13 +166,61 @@ pub enum Problem {
     /// The controller has no command for its ramps.
     #[error("ACCEL has no effect: this controller cannot change its acceleration")]
     AccelerationFixed,
-    /// A logical port that the profile does not map.
-    #[error("the port {}{number} is connected to nothing", if *input { 'E' } else { 'A' })]
-    PortUnmapped {
-        /// Whether it is an input.
-        input: bool,
-        /// Its number.
-        number: u8,
+    /// Logical ports that the profile does not map.
+    #[error(
+        "the machine's profile maps {ports} to no port of the controller{}",
+        match lines {
+            1 => String::new(),
+            _ => format!(" ({lines} lines)"),
+        }
+    )]
+    PortsUnmapped {
+        /// The ports.
+        ports: PortNames,
+        /// How many lines use them.
+        lines: u32,
+    },
+    /// Bits of a logical port without a wire.
+    #[error(
+        "the controller has no wire at {}; its wires are at {}",
+        Bits { port: *port, bits: *bits },
+        Bits { port: *port, bits: *wired }
+    )]
+    NoWire {
+        /// The port.
+        port: PortName,
+        /// The bits that the line needs, the first of them bit 0.
+        bits: u8,
+        /// The bits with a wire.
+        wired: u8,
+        /// Whether the controller refuses such a value.
+        is_refused: bool,
+    },
+    /// The profile names bits of a port that have no wire.
+    #[error("no effect: the controller has no wire at bit {bit} of its output port {port}")]
+    NoWireBehind {
+        /// The port of the controller.
+        port: u16,
+        /// The bit, from 0.
+        bit: u8,
+    },
+    /// A wait for levels that only the panel could give.
+    #[error(
+        "this waits until {port} reads {value:08b}B; untouched it reads {rest:08b}B, and {}",
+        match free {
+            0 => "none of its bits is an input".to_owned(),
+            _ => format!("only {} can change", Bits { port: *port, bits: *free }),
+        }
+    )]
+    WaitUnreachable {
+        /// The port.
+        port: PortName,
+        /// What is waited for.
+        value: u8,
+        /// What it reads while nobody touches the panel.
+        rest: u8,
+        /// The bits that can change.
+        free: u8,
     },
     /// The profile maps a port that the controller does not have.
     #[error("the controller has no {} {port}", if *input { "input port" } else { "output port" })]
@@ -266,8 +334,16 @@ pub enum Problem {
     #[error("a stored program waits in tenths of a second: this becomes {0} ms")]
     WaitRounded(u64),
     /// The program does not fit.
-    #[error("the program does not fit into the controller: this is where its {0} bytes end")]
-    TooLarge(u32),
+    #[error(
+        "the program needs {needed} bytes and the controller has {there}: this line is the first \
+         that does not fit"
+    )]
+    TooLarge {
+        /// The bytes of the whole program.
+        needed: u32,
+        /// The bytes of the controller.
+        there: u32,
+    },
 }
 
 /// What sets a speed.
@@ -328,6 +404,100 @@ impl fmt::Display for Why {
     }
 }
 
+/// A logical port: A1 to A4, E1 to E4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PortName {
+    /// Which way it leads.
+    pub direction: Direction,
+    /// Its number, from 1.
+    pub number: u8,
+}
+
+/// `A1`
+impl fmt::Display for PortName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letter = match self.direction {
+            Direction::Input => 'E',
+            Direction::Output => 'A',
+        };
+        write!(f, "{letter}{}", self.number)
+    }
+}
+
+/// A set of logical ports.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PortNames(u8);
+
+impl PortNames {
+    /// All that there can be, in the order of their bits.
+    fn all() -> impl Iterator<Item = PortName> {
+        let numbered = |direction| (1..=4).map(move |number| PortName { direction, number });
+        numbered(Direction::Output).chain(numbered(Direction::Input))
+    }
+
+    /// The set of one port.
+    pub(super) fn of(port: PortName) -> PortNames {
+        let place = PortNames::all().position(|known| known == port);
+        PortNames(place.map_or(0, |place| 1 << place))
+    }
+
+    /// Adds ports.
+    pub(super) fn insert_all(&mut self, others: PortNames) {
+        self.0 |= others.0;
+    }
+
+    fn iter(self) -> impl Iterator<Item = PortName> {
+        (0..8).zip(PortNames::all()).filter(move |(bit, _)| self.0 >> bit & 1 == 1).map(|(_, p)| p)
+    }
+
+    /// What would map them, as a profile has it.
+    fn profile_lines(self) -> String {
+        let lines: Vec<String> = self.iter().map(|port| format!("{port} = 0")).collect();
+        lines.join(", ")
+    }
+}
+
+/// `A2 and E4`
+impl fmt::Display for PortNames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        listed(f, self.iter())
+    }
+}
+
+/// Bits of a logical port, as a file names them.
+struct Bits {
+    port: PortName,
+    /// The first is bit 0.
+    bits: u8,
+}
+
+/// `A1.4, A1.5 and A1.6`
+impl fmt::Display for Bits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Bits { port, bits } = self;
+        let set = (0..8).filter(|bit| bits >> bit & 1 == 1);
+        listed(f, set.map(|bit| format!("{port}.{}", bit + 1)))
+    }
+}
+
+/// `one, two and three`
+fn listed(
+    f: &mut fmt::Formatter<'_>,
+    items: impl Iterator<Item = impl fmt::Display>,
+) -> fmt::Result {
+    let mut items = items.peekable();
+    let mut is_first = true;
+    while let Some(item) = items.next() {
+        match (is_first, items.peek()) {
+            (true, _) => write!(f, "{item}")?,
+            (false, Some(_)) => write!(f, ", {item}")?,
+            (false, None) => write!(f, " and {item}")?,
+        }
+        is_first = false;
+    }
+    Ok(())
+}
+
 /// Things that a job switches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Accessories(u16);
@@ -337,22 +507,12 @@ impl Accessories {
     pub(super) fn insert(&mut self, accessory: Accessory) {
         self.0 |= 1 << accessory as u16;
     }
-
-    /// How many there are.
-    fn number(self) -> u32 {
-        self.0.count_ones()
-    }
 }
 
 /// `WPCLAMP, PUMP and LAMP`
 impl fmt::Display for Accessories {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let all = Accessory::ALL.into_iter().filter(|one| self.0 >> *one as u16 & 1 == 1);
-        (1..=self.number()).zip(all).try_for_each(|(place, accessory)| match place {
-            1 => write!(f, "{accessory}"),
-            last if last == self.number() => write!(f, " and {accessory}"),
-            _ => write!(f, ", {accessory}"),
-        })
+        listed(f, Accessory::ALL.into_iter().filter(|one| self.0 >> *one as u16 & 1 == 1))
     }
 }
 
@@ -362,11 +522,16 @@ impl Problem {
     pub fn severity(self) -> Severity {
         use Problem::*;
         match self {
-            MarkNotFirst | ReferenceFirst | OutsidePlane(_) | ToolIgnored | NoSpindleSpeed => {
+            MarkNotFirst | ReferenceFirst | OutsidePlane { .. } | ToolIgnored | NoSpindleSpeed => {
                 Severity::Note
             }
             MarkLate
             | MarkMissing
+            | EndMissing
+            | NearlyWhole
+            | NoWire { is_refused: false, .. }
+            | NoWireBehind { .. }
+            | WaitUnreachable { .. }
             | NotReferenced(_)
             | NoReferenceSwitch(_)
             | SpeedCapped { .. }
@@ -402,7 +567,9 @@ impl Problem {
             | PlaceUnknown
             | TwoCentres
             | UnevenRadius { .. }
-            | PortUnmapped { .. }
+            | CutOff
+            | PortsUnmapped { .. }
+            | NoWire { is_refused: true, .. }
             | NoSuchPort { .. }
             | NotRotary(_)
             | NotLinear(_)
@@ -410,7 +577,7 @@ impl Problem {
             | Follows(_)
             | NoOperator
             | ForFiles(_)
-            | TooLarge(_) => Severity::Error,
+            | TooLarge { .. } => Severity::Error,
         }
     }
 
@@ -422,20 +589,26 @@ impl Problem {
             MarkNotFirst => "mark-not-first",
             MarkLate => "mark-late",
             MarkMissing => "mark-missing",
+            EndMissing => "end-missing",
+            CutOff => "cut-off",
             ReferenceFirst => "reference-first",
             NotReferenced(_) => "not-referenced",
             NoReferenceSwitch(_) => "no-reference-switch",
             NoSuchAxis(_) => "no-such-axis",
-            OutsidePlane(_) => "outside-plane",
+            OutsidePlane { .. } => "outside-plane",
             BeyondLimit { .. } => "beyond-limit",
             BeyondTravel { .. } => "beyond-travel",
             BeyondCounter { .. } => "beyond-counter",
             NoRadius => "no-radius",
             UnevenRadius { .. } => "uneven-radius",
+            NearlyWhole => "nearly-whole",
             SpeedCapped { .. } => "speed-capped",
             SpeedRaised { .. } => "speed-raised",
             AccelerationFixed => "acceleration-fixed",
-            PortUnmapped { .. } => "port-unmapped",
+            PortsUnmapped { .. } => "port-unmapped",
+            NoWire { .. } => "no-wire",
+            NoWireBehind { .. } => "no-wire-behind",
+            WaitUnreachable { .. } => "wait-unreachable",
             NoSuchPort { .. } => "no-such-port",
             NoSpindle => "no-spindle",
             NoSpindleDirection => "no-spindle-direction",
@@ -469,7 +642,7 @@ impl Problem {
             Follows(_) => "follows",
             NoOperator => "no-operator",
             WaitRounded(_) => "wait-rounded",
-            TooLarge(_) => "program-too-large",
+            TooLarge { .. } => "program-too-large",
         }
     }
 
@@ -489,8 +662,16 @@ impl Problem {
             NotReferenced(_) => "name the axis in a REF before",
             NoReferenceSwitch(_) => "leave it out of the REF",
             NoSuchAxis(_) => "leave the word out, or choose a machine that has the axis",
-            OutsidePlane(_) | OffPlane { .. } => {
-                "leave the word out, choose another PLANE, or make it a helix: CWHLXABS"
+            OutsidePlane { helix: Some(helix), .. } | OffPlane { helix: Some(helix), .. } => {
+                return Some(format!(
+                    "leave the word out, choose another PLANE, or make it a helix: {helix}"
+                ));
+            }
+            OutsidePlane { .. } | OffPlane { .. } => "leave the word out, or choose another PLANE",
+            EndMissing => "end the job with PROGEND, if all of it is there",
+            CutOff => "if all of it is there, end the line, and write PROGEND in the next one",
+            NearlyWhole => {
+                "leave the end out if a whole circle is meant; otherwise turn the other way, or leave the arc out"
             }
             BeyondLimit { .. } => {
                 "say with --zero X,Y,Z where the work-piece lies, or set another LIMIT"
@@ -511,8 +692,33 @@ impl Problem {
             }
             SpeedRaised { set_by, .. } => return Some(format!("ask for more with {set_by}")),
             AccelerationFixed => "imc-m, imc-mp and imc-s8 can",
-            PortUnmapped { .. } => {
-                "name the controller's port in the machine's profile, under [job.ports]"
+            PortsUnmapped { ports, .. } => {
+                return Some(format!(
+                    "add to the machine's profile, each with the number of its port: [job.ports] {}",
+                    ports.profile_lines()
+                ));
+            }
+            NoWire { port, .. } => {
+                return Some(format!(
+                    "use a bit with a wire, or connect {port} to another port of the controller \
+                     in the machine's profile, [job.ports]"
+                ));
+            }
+            NoWireBehind { .. } => {
+                "`vimc4 models show` lists the wires; the machine's profile names the bit under [job]"
+            }
+            WaitUnreachable { port, free, .. } => {
+                let bits = match free {
+                    0 => String::new(),
+                    _ => format!(
+                        "wait for single bits, as in WAITBIT {port}.{}=1, or ",
+                        free.trailing_zeros() + 1
+                    ),
+                };
+                return Some(format!(
+                    "{bits}connect {port} to another port of the controller in the machine's \
+                     profile, [job.ports]"
+                ));
             }
             NoSuchPort { .. } => {
                 "`vimc4 models show` lists its ports; the machine's profile maps them under [job]"
@@ -571,7 +777,14 @@ impl Problem {
                 "run the job with `vimc4 send`, or leave the line out, changes of the tool with \
                  --leave-out-tool-changes"
             }
-            TooLarge(_) => "send the job with `vimc4 send`, which stores nothing",
+            TooLarge { needed, there } => {
+                return Some(format!(
+                    "split the job into {} or more: the first ends before this line with PROGEND, \
+                     and the next begins at this line, after the settings that hold there; or send \
+                     it with `vimc4 send`, which stores nothing",
+                    needed.div_ceil(there.max(1))
+                ));
+            }
         };
         Some(help.to_owned())
     }

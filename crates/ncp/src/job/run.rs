@@ -7,6 +7,7 @@ use super::emitter::{Emitter, Step};
 use super::interpreter::{Interpreter, Options};
 use super::problem::Problem;
 use super::target::Target;
+use super::unmapped::Unmapped;
 use super::zero::Zero;
 use crate::geometry::{Curve, Delay, Steps, Straight};
 use crate::language::{self, Instruction, JobLine, Lines, Span, TextLine, Units};
@@ -49,16 +50,18 @@ pub fn check(
     let mut summary = Summary::default();
     let mut reader = Reader::new(text, target, options);
     let mut actions = Vec::new();
+    let mut unmapped = Unmapped::default();
     let mut counting = |diagnostic: Diagnostic| {
         summary.count(diagnostic.problem.severity());
         report(diagnostic);
     };
-    while reader.line(&mut actions, &mut counting).is_some() {
+    while reader.line(&mut actions, &mut |said| unmapped.pass(said, &mut counting)).is_some() {
         if actions.iter().any(|action| matches!(action, Action::Ask(Question::Teach))) {
             reader.interpreter.take_zero();
         }
         actions.clear();
     }
+    unmapped.report(&mut counting);
     summary.lines = match reader.g_code {
         Some(_) => language::lines(text).count() as u32,
         None => reader.number,
@@ -95,6 +98,8 @@ struct Reader<'t> {
     said: Vec<(Span, language::Problem)>,
     /// Where the file begins, if it is G-code.
     g_code: Option<TextLine<'t>>,
+    /// It ends in the middle of a line.
+    is_cut_off: bool,
     over: bool,
 }
 
@@ -107,6 +112,7 @@ impl<'t> Reader<'t> {
             span: Span::default(),
             said: Vec::new(),
             g_code: language::g_code(text),
+            is_cut_off: false,
             over: false,
         }
     }
@@ -124,7 +130,7 @@ impl<'t> Reader<'t> {
             return Some(self.is_g_code(line, report));
         }
         let next = if self.interpreter.has_ended() { None } else { self.lines.next() };
-        let Some(TextLine { number, text, .. }) = next else {
+        let Some(TextLine { number, text, has_end, .. }) = next else {
             self.over = true;
             self.at_the_end(report);
             return None;
@@ -139,7 +145,16 @@ impl<'t> Reader<'t> {
             let left_out = error && line.harmless;
             report(Diagnostic { line: number, span, problem: problem.into(), left_out });
         }
-        Some(self.carry_out(&line, actions, report) && !failed)
+        let before = actions.len();
+        let done = self.carry_out(&line, actions, report) && !failed;
+        if has_end || self.interpreter.has_ended() || text.trim().is_empty() {
+            return Some(done);
+        }
+        actions.truncate(before);
+        self.is_cut_off = true;
+        let span = Span { start: 0, end: text.len() as u32 };
+        report(Diagnostic { line: number, span, problem: Problem::CutOff.into(), left_out: false });
+        Some(false)
     }
 
     /// All of it is in another language, which is reported once.
@@ -162,6 +177,9 @@ impl<'t> Reader<'t> {
         }
         if self.interpreter.lacks_mark() {
             say(1, Span::default(), Problem::MarkMissing);
+        }
+        if self.interpreter.lacks_end() && !self.is_cut_off {
+            say(self.number, Span::default(), Problem::EndMissing);
         }
         // Blank lines, comments and line numbers do not count.
         let behind = self.lines.find_map(|TextLine { number, text, .. }| {
@@ -203,6 +221,8 @@ pub struct Order {
     pub span: Span,
     /// What to do.
     pub step: Step,
+    /// Whether it is a movement at the rapid speed.
+    pub is_rapid: bool,
 }
 
 /// A job that is being carried out.
@@ -213,8 +233,8 @@ pub struct Order {
 /// # let machine = vimc4_plant::Machine::builtin("bench").unwrap();
 /// # let controller = Controller {
 /// #     dialect: Dialect::Imc4, speeds: 20..=20_000,
-/// #     ramp: vimc4_motion::Ramp { start_stop: 300, acceleration: 100 }, inputs: vec![], outputs: vec![],
-/// #     memory: 32_768, command_bytes: 1, parameter_bytes: 4, branch_from_next: true,
+/// #     ramp: vimc4_motion::Ramp { start_stop: 300, acceleration: 100 }, inputs: Default::default(),
+/// #     outputs: Default::default(), memory: 32_768, command_bytes: 1, parameter_bytes: 4, branch_from_next: true,
 /// # };
 /// let target = Target::new(controller, &machine);
 /// let mut job = Job::new("IMF_PBL_V1.0\nREF XYZ\nMOVEABS X10000\n", &target, Options::default());
@@ -264,7 +284,8 @@ impl<'t> Job<'t> {
     pub fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<Order> {
         loop {
             if let Some(step) = self.emitter.next() {
-                return Some(Order { line: self.reader.number, span: self.reader.span, step });
+                let Reader { number: line, span, .. } = self.reader;
+                return Some(Order { line, span, step, is_rapid: self.emitter.is_rapid() });
             }
             if let Some(action) = self.actions.pop_front() {
                 self.emitter.begin(action);

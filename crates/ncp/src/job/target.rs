@@ -1,5 +1,6 @@
 //! The target of a job: a controller and its machine.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use vimc4_isel_wire::{AxisSet, Dialect};
@@ -20,9 +21,9 @@ pub struct Controller {
     /// Its ramps, before a job changes them.
     pub ramp: Ramp,
     /// The ports that can be read.
-    pub inputs: Vec<u16>,
+    pub inputs: BTreeMap<u16, InputPort>,
     /// The ports that can be written.
-    pub outputs: Vec<u16>,
+    pub outputs: BTreeMap<u16, OutputPort>,
     /// Bytes for a stored program.
     pub memory: u32,
     /// Bytes that a stored command takes.
@@ -31,6 +32,35 @@ pub struct Controller {
     pub parameter_bytes: u32,
     /// Whether the offset of a conditional branch counts from the line after it, not from its own.
     pub branch_from_next: bool,
+}
+
+/// Which way a port leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Direction {
+    /// The controller reads it.
+    Input,
+    /// The controller writes it.
+    Output,
+}
+
+/// The bits of a port that can be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InputPort {
+    /// The bits with a wire; the others read 0.
+    pub wired: u8,
+    /// The bits that can change without an operator: inputs, switches, outputs that are read back.
+    pub free: u8,
+    /// What the other bits read while nobody touches the panel.
+    pub rest: u8,
+}
+
+/// The bits of a port that can be written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutputPort {
+    /// The bits with a wire.
+    pub wired: u8,
+    /// The port is a single bit, and the controller refuses other values than 0 and 1.
+    pub is_single: bool,
 }
 
 /// A controller on a machine, as a job sees them.

@@ -119,12 +119,14 @@ impl<'t> Reader<'t, '_> {
             }
             Form::Anything(command) => {
                 // Postprocessors write all kinds of terms after TYPE: `Spindle:18000r.p.m`.
+                let start = name.start + reference::MARK.len() as u32;
+                let text = Span { start, ..self.whole_line(name) };
                 let hidden = match command {
-                    Instruction::Mark => lenient::command_in(self.rest()),
+                    Instruction::Mark => lenient::command_in(self.text(text)),
                     _ => None,
                 };
                 if let Some((at, hidden)) = hidden {
-                    let start = self.place() + at as u32;
+                    let start = text.start + at as u32;
                     let span = Span { start, end: start + hidden.len() as u32 };
                     self.say(span, Problem::Swallowed { by: info.name, command: hidden });
                 }

@@ -46,6 +46,8 @@ pub struct TextLine<'t> {
     pub offset: usize,
     /// What it says, without its end.
     pub text: &'t str,
+    /// Whether it has an end. Only the last line of a text may have none.
+    pub has_end: bool,
 }
 
 impl TextLine<'_> {
@@ -87,7 +89,7 @@ impl<'t> Iterator for Lines<'t> {
         self.number += 1;
         self.offset += self.rest.len() - rest.len();
         self.rest = rest;
-        Some(TextLine { number: self.number, offset, text })
+        Some(TextLine { number: self.number, offset, text, has_end: !end.is_empty() })
     }
 }
 

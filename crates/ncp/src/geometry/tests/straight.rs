@@ -9,7 +9,13 @@ const SPEED: u32 = 1_000;
 const A_SPEED: u32 = 300;
 
 fn straight(by: Steps) -> Straight {
-    Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED, apart: 1 })
+    Straight::new(StraightParameters {
+        by,
+        speed: SPEED,
+        a_speed: A_SPEED,
+        is_rapid: false,
+        apart: 1,
+    })
 }
 
 fn lines(by: Steps) -> Vec<Motion> {
@@ -100,7 +106,7 @@ proptest! {
     ) {
         let by = [x, y, 0, a];
         let straight =
-            Straight::new(StraightParameters { by, speed: 4_000, a_speed: 700, apart });
+            Straight::new(StraightParameters { by, speed: 4_000, a_speed: 700, is_rapid: false, apart });
         let seconds = |motion: &Motion| {
             SPEEDS.seconds(motion.path().length() as f64, f64::from(motion.speed()))
         };
@@ -123,7 +129,7 @@ proptest! {
         apart in 1..=9u32,
     ) {
         let by = [linear, 0, 0, -a];
-        let pieces = Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED, apart });
+        let pieces = Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED, is_rapid: false, apart });
         let (most, fewer) = (linear.max(a), linear.min(a));
         let mut at = [0; 2];
         let mut number = 0;

@@ -23,11 +23,12 @@ impl Interpreter<'_> {
             let Some(word) = word.take() else { continue };
             let at = asked.and_then(|asked| asked.get(axis).copied());
             let elsewhere = at.filter(|at| self.state.place.get(axis) != Some(at));
+            let helix = (axis == third).then(|| words.as_helix());
             sink.say_at(
                 word.span,
                 match elsewhere {
-                    Some(at) => Problem::OffPlane { axis, at },
-                    None => Problem::OutsidePlane(LETTERS[axis]),
+                    Some(at) => Problem::OffPlane { axis, at, helix },
+                    None => Problem::OutsidePlane { word: LETTERS[axis], helix },
                 },
             );
         }
@@ -75,6 +76,9 @@ impl Interpreter<'_> {
         });
         let rise =
             (words.helix && from[third] != to_place[third]).then(|| (from[third], to_place[third]));
+        if words.sweep.is_none() && checked.is_ok_and(|circle| circle.is_nearly_whole()) {
+            sink.say(Problem::NearlyWhole);
+        }
         let parameters = checked.map(|circle| CurveParameters {
             circle,
             scales: self.target.scales,
@@ -273,20 +277,30 @@ pub(super) struct ArcWords {
 }
 
 impl ArcWords {
+    /// The command that moves the third axis too.
+    fn as_helix(&self) -> &'static str {
+        match (self.turn, self.frame) {
+            (Turn::Clockwise, Frame::Absolute) => "CWHLXABS",
+            (Turn::Clockwise, Frame::Relative) => "CWHLXREL",
+            (Turn::Counterclockwise, Frame::Absolute) => "CCWHLXABS",
+            (Turn::Counterclockwise, Frame::Relative) => "CCWHLXREL",
+        }
+    }
+
     /// The words for the centre on the first and the second axis of a plane. According to the
     /// manual these are I and J; where there is a K, each letter belongs to its own axis.
     fn centre_of(&self, plane: Plane, sink: &mut Sink<'_>) -> Result<[Option<Word>; 2], Refusal> {
         let [i, j, k] = self.centre;
         let (Some(z), Plane::Xz | Plane::Yz) = (k, plane) else {
             if let Some(word) = k {
-                sink.say_at(word.span, Problem::OutsidePlane('K'));
+                sink.say_at(word.span, Problem::OutsidePlane { word: 'K', helix: None });
             }
             return Ok([i, j]);
         };
         match (plane, i, j) {
             (Plane::Xz, _, Some(_)) => Err((z.span, Problem::TwoCentres)),
             (Plane::Yz, Some(word), _) => {
-                sink.say_at(word.span, Problem::OutsidePlane('I'));
+                sink.say_at(word.span, Problem::OutsidePlane { word: 'I', helix: None });
                 Ok([j, k])
             }
             (Plane::Xz, ..) => Ok([i, k]),

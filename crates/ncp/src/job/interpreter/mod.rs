@@ -17,7 +17,7 @@ mod straight;
 mod units;
 
 use crate::geometry::Steps;
-use crate::job::action::{Action, InputTest, OutputChange, Question};
+use crate::job::action::{Action, Question};
 use crate::job::place::Place;
 use crate::job::problem::Problem;
 use crate::job::zero::Zero;
@@ -127,24 +127,14 @@ impl Interpreter<'_> {
                 self.begin(sink);
                 sink.push(Action::Ask(Question::Teach));
             }
-            Instruction::SetPort(number, value) => {
-                let port = self.output_port(number, sink.span)?;
-                sink.push(Action::Output(OutputChange { port, bit: None, value }));
-            }
+            Instruction::SetPort(port, value) => self.set_output(port, None, value, sink)?,
             Instruction::SetBit(PortBit { port, bit }, on) => {
-                let port = self.output_port(port, sink.span)?;
-                let bit = Some(bit.saturating_sub(1));
-                sink.push(Action::Output(OutputChange { port, bit, value: on.into() }));
+                self.set_output(port, Some(bit), on.into(), sink)?;
             }
             Instruction::WaitBit(PortBit { port, bit }, on) => {
-                let port = self.input_port(port, sink.span)?;
-                let bit = Some(bit.saturating_sub(1));
-                sink.push(Action::Await(InputTest { port, bit, value: on.into() }));
+                self.await_input(port, Some(bit), on.into(), sink)?;
             }
-            Instruction::WaitPort(number, value) => {
-                let port = self.input_port(number, sink.span)?;
-                sink.push(Action::Await(InputTest { port, bit: None, value }));
-            }
+            Instruction::WaitPort(port, value) => self.await_input(port, None, value, sink)?,
             Instruction::Path | Instruction::PathEnd => sink.say(Problem::PathIgnored),
             Instruction::Tool(number) if self.options.leave_out_tools => {
                 sink.say(Problem::ToolLeftOut(number));

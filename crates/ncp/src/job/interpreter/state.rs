@@ -1,12 +1,14 @@
 //! The state between two lines of a job.
 
+use std::collections::BTreeMap;
+
 use vimc4_isel_wire::{AxisSet, Plane};
 
 use crate::geometry::Steps;
 use crate::job::drill::Definition;
 use crate::job::place::{Cylinder, Place, counters};
 use crate::job::problem::{Accessories, Problem};
-use crate::job::target::Target;
+use crate::job::target::{Direction, Target};
 use crate::job::zero::Zero;
 use crate::language::{Rate, Span, Units, Value};
 
@@ -46,6 +48,8 @@ pub(super) struct State {
     /// What is switched although nothing is connected to it, and where first.
     pub(super) unconnected: Accessories,
     pub(super) first_unconnected: Option<(u32, Span)>,
+    /// The bits without a wire that have been reported, of each port of the controller.
+    pub(super) told_of_wires: BTreeMap<(Direction, u16), u8>,
     /// What has been reported about the spindle.
     pub(super) told_of_spindle: [bool; 3],
     /// How far below the reference plane the last hole has left the tool, 0 at the plane itself, if
@@ -136,6 +140,7 @@ impl<'t> Interpreter<'t> {
             line: 0,
             unconnected: Accessories::default(),
             first_unconnected: None,
+            told_of_wires: BTreeMap::new(),
             told_of_spindle: [false; 3],
             in_work: None,
             told_of_holes: ToldOfHoles::default(),
@@ -191,6 +196,11 @@ impl<'t> Interpreter<'t> {
     /// Reads lengths in this unit from now on.
     pub(in crate::job) fn set_units(&mut self, units: Units) {
         self.state.units = units;
+    }
+
+    /// Whether there were lines but no PROGEND. Only the end of the file shows that.
+    pub(in crate::job) fn lacks_end(&self) -> bool {
+        self.state.mark != Mark::Awaited && !self.state.ended
     }
 
     /// Whether the file had no mark. Only the end of the file shows that.

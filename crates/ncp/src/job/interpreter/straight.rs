@@ -49,8 +49,9 @@ impl Interpreter<'_> {
         let by: Steps = std::array::from_fn(|axis| counters[axis] - state.counters[axis]);
         let lowest = self.target.speeds().lowest;
         let apart = self.target.setup.apart;
+        let is_rapid = pace == Pace::Rapid;
         if by == Steps::default() {
-            return StraightParameters { by, speed: lowest, a_speed: lowest, apart };
+            return StraightParameters { by, speed: lowest, a_speed: lowest, is_rapid, apart };
         }
         let way = Way::between(&state.place, to, self.target, state.cylinder.as_ref());
         let turns = by[..3] == [0; 3] && self.state.cylinder.is_none();
@@ -69,7 +70,7 @@ impl Interpreter<'_> {
                 (self.fit(linear, pace, sink), a_speed)
             }
         };
-        StraightParameters { by, speed, a_speed, apart }
+        StraightParameters { by, speed, a_speed, is_rapid, apart }
     }
 
     /// Reports if a movement takes much longer because it is made in pieces.

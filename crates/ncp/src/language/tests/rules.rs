@@ -1,7 +1,7 @@
 //! How lines are read.
 
 use super::{command, read};
-use crate::language::{Frame, Instruction, Placed, Rate, Span, Value};
+use crate::language::{Frame, Instruction, Placed, Rate, Span, Value, reference};
 
 /// The command that a line prints as, if it is right.
 fn printed(line: &str) -> String {
@@ -253,4 +253,36 @@ N000039 PROGEND";
         assert_eq!(line.number, Some(number));
         assert_eq!(line.command.is_some(), number != 3);
     }
+}
+
+/// A blank that is left out makes an error, or nothing different: no line has two readings. REF is
+/// the exception that the manual makes, where a blank ends a group of axes.
+#[test]
+fn a_missing_blank_never_means_something_else() {
+    let mut without = 0;
+    let longer = [
+        "N3 MOVEABS X 1660 Y -5.5 Z +7",
+        "SPINDLE ON CW RPM 12000 TIME 10",
+        "DRILLDEF C 1 D 3000 V 2000 L 1000 S 5000",
+        "LIMIT X 0 , 100 Y 0 , 100",
+        "SETBIT A1 . 4 = 1",
+        "WAITPORT E1 == 10B",
+        "WPREG 1 ACT",
+        "WPREG 1 X 5 A 6",
+        "COOLANT 2 ON",
+        "CYL A 5000 Y",
+    ];
+    let examples = reference::COMMANDS.iter().map(|info| info.example);
+    for line in examples.chain(longer).filter(|line| !line.starts_with("REF")) {
+        let whole = command(line).to_string();
+        for (at, _) in line.match_indices(' ') {
+            let shorter = format!("{}{}", &line[..at], &line[at + 1..]);
+            let (read, problems) = read(&shorter);
+            if let Some(read) = read.command.filter(|_| problems.is_empty()) {
+                assert_eq!(read.value.to_string(), whole, "{shorter}");
+                without += 1;
+            }
+        }
+    }
+    assert!(without > 50, "only {without} lines can do without a blank");
 }
