@@ -235,9 +235,6 @@ impl State {
                 return Ok(Effect::says(line));
             }
             Command::NominalPosition(axis) => {
-                if let Some(axis) = axis.filter(|axis| axis.index() >= self.places()) {
-                    return Err(Why::NoPosition(axis));
-                }
                 return Ok(Effect::says(self.position_line(b'P', &self.position, *axis)));
             }
             Command::ActualPosition { axis, triggered } => {

@@ -77,6 +77,15 @@ impl State {
         acceleration * if self.is_rotary(axis) { PER_MILLIRADIAN } else { PER_MILLIMETRE }
     }
 
+    /// The acceleration of reference runs: that after power-on, whatever the host has set since.
+    fn reference_acceleration(&self, axis: Axis) -> u64 {
+        let defaults = &self.model.defaults;
+        match self.is_rotary(axis) {
+            true => u64::from(defaults.turn_acceleration) * PER_MILLIRADIAN,
+            false => u64::from(defaults.acceleration) * PER_MILLIMETRE,
+        }
+    }
+
     /// The speed of X and Y together of an SMCU, nm/s.
     fn plane_speed(&self) -> u64 {
         let settings = &self.settings;
@@ -221,17 +230,19 @@ impl State {
         Some(Moving { segment, began, links, pace, event, border, braking: None })
     }
 
-    /// A straight way of one axis at a constant number of steps a second, without a ramp, which
-    /// meets something or ends at the border of the counter.
+    /// A straight way of one axis up to a number of steps a second, with the ramp of the profile, which
+    /// meets something or ends at the border of the counter. On a switch the axis halts at once.
     pub(crate) fn creep(
         &mut self,
-        delta: Point,
+        axis: Axis,
+        (way, border): (i64, Option<(Axis, Side)>),
         speed: u32,
         sought: Option<Sought>,
-        border: Option<(Axis, Side)>,
     ) -> Moving {
-        let path = Path::Line(StraightLine::new(delta));
-        let profile = Profile::constant(path.length(), speed);
+        let ChainLink { path, stretches } = self.straight(along(axis, way));
+        let resolution = u128::from(self.settings.resolution[axis.index()]);
+        let speed = u64::try_from(u128::from(speed) * resolution / 1_000).unwrap_or(u64::MAX);
+        let profile = Profile::trapezoid(stretches, speed, self.reference_acceleration(axis));
         let (segment, began) = (Segment { path, profile }, self.now);
         self.plant.sets_out(&segment);
         let event = self.meets(sought, &segment.path, 0);

@@ -121,10 +121,9 @@ impl State {
         }
         let sign = self.carriage_sign(index);
         let towards = if (end == End::Positive) == onto { 1 } else { -1 };
-        let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
-        let delta = along(axis, way);
+        let way = self.within_counter(axis, sign * towards * ON_AND_ON);
         let sought = Sought { axis, end, onto };
-        Some(self.creep(delta, speed, Some(sought), border))
+        Some(self.creep(axis, way, speed, Some(sought)))
     }
 
     /// Goes by some steps.
@@ -132,9 +131,8 @@ impl State {
         if way == 0 {
             return None;
         }
-        let (way, border) = self.within_counter(axis, way);
-        let delta = along(axis, way);
-        Some(self.creep(delta, speed, None, border))
+        let way = self.within_counter(axis, way);
+        Some(self.creep(axis, way, speed, None))
     }
 
     /// As much of a way as the 32-bit counter of an axis allows, and the end at which the axis

@@ -40,8 +40,6 @@ pub(crate) enum Why {
     After(Stop),
     /// Commands are refused while the trackball is open.
     InterfaceOpen,
-    /// Positions of an axis are asked for that this model does not have.
-    NoPosition(Axis),
     /// Positions at a trigger are asked for, and there was none.
     NoTrigger,
     /// The machine has no reference switch for this axis.
@@ -95,7 +93,6 @@ impl Why {
             Why::After(Stop::SoftFrame) => Status::WrongAfterSoftFrame,
             Why::After(Stop::Message) => Status::WrongAfterMessage,
             Why::InterfaceOpen => Status::WrongAfterOpenInterface,
-            Why::NoPosition(_) => Status::NoSuchAxis,
             Why::NoTrigger => Status::NoCounterAxis,
             Why::NoReference(_) => Status::ReferenceNotAllowed,
             Why::NoPort { .. } => Status::NoSuchIoModule,

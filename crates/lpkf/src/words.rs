@@ -41,9 +41,6 @@ impl State {
                 Stop::Message => "refused since a message interrupt".to_owned(),
             },
             Why::InterfaceOpen => "refused while the trackball is open".to_owned(),
-            Why::NoPosition(axis) => {
-                format!("this model has no positions of {}", self.axis_name(axis))
-            }
             Why::NoTrigger => "no trigger has taken positions since power-on or IN".to_owned(),
             Why::NoReference(axis) => {
                 format!("the machine has no reference switch of {}", self.axis_name(axis))

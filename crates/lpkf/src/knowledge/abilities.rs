@@ -138,10 +138,8 @@ fn failures(model: &Model, form: &Form, stops: &[(StopCause, Situation)]) -> Vec
             Kind::Resolution => {
                 statuses.extend([Status::ResolutionTooSmall, Status::ResolutionTooLarge]);
             }
-            Kind::Axis => statuses.push(Status::NoSuchAxis),
-            // An SMCU tells of three axes and reads the numbers of six.
-            Kind::Nominal if smcu => statuses.push(Status::NoSuchAxis),
-            Kind::Actual => statuses.push(Status::NoCounterAxis),
+            Kind::Axis | Kind::Nominal => statuses.push(Status::NoSuchAxis),
+            Kind::Actual => statuses.extend([Status::NoCounterAxis, Status::NoSuchAxis]),
             Kind::Port => statuses.extend((!smcu).then_some(Status::NoSuchIoModule)),
             Kind::Interface => statuses.push(match model.interface.trackball {
                 true => Status::JoystickNotConnected,

@@ -91,6 +91,8 @@ impl Command {
                 | Self::MoveZAbsolute(_)
                 | Self::MoveZRelative(_)
                 | Self::HardClipLimits(Some(_))
+                | Self::NominalPosition(Some(_))
+                | Self::ActualPosition { axis: Some(_), .. }
                 | Self::Reference(Some(_))
                 | Self::Range { .. }
                 | Self::MoveAxisAbsolute { .. }
@@ -102,8 +104,7 @@ impl Command {
     /// Whether the machine has the axes that are named and they allow the values.
     ///
     /// A value for all axes must be allowed by each that is fitted; a speed of the head by X and Y.
-    /// Which axes have positions to ask for is not decided here, nor how coordinates of axes that
-    /// are not fitted are treated.
+    /// How coordinates of axes that are not fitted are treated is not decided here.
     ///
     /// # Errors
     ///
@@ -121,6 +122,8 @@ impl Command {
             &Self::Resolution { axis, resolution } => limits.resolution(axis, resolution),
             Self::MoveZAbsolute(_) | Self::MoveZRelative(_) => limits.fitted(Axis::Z0).map(drop),
             Self::HardClipLimits(Some(axis))
+            | Self::NominalPosition(Some(axis))
+            | Self::ActualPosition { axis: Some(axis), .. }
             | Self::Reference(Some(axis))
             | Self::Range { axis, .. }
             | Self::MoveAxisAbsolute { axis, .. }
