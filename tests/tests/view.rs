@@ -155,8 +155,9 @@ fn a_motion_is_shown_with_its_axes_speeds_and_end() {
     let x = &view.axes[0];
     assert!(x.position < 0 && x.speed < 0 && x.configured && !x.referenced, "{x:?}");
     assert!(!view.axes[3].configured);
-    let [timer] = view.timers[..] else { unreachable!("{:?}", view.timers) };
-    assert_eq!((timer.cause, Some(timer.due)), (Cause::Activity, imc.due()));
+    // It will end on a limit switch.
+    let timers: Vec<_> = view.timers.iter().map(|timer| (timer.cause, Some(timer.due))).collect();
+    assert_eq!(timers, [(Cause::Activity, imc.due()), (Cause::LimitSwitch, imc.due())]);
     let details = view.details.isel().unwrap();
     assert_eq!(details.plane, Plane::Yz);
     assert_eq!((details.interpolation, details.motors_on), (Interpolation::Three, true));
@@ -168,8 +169,8 @@ fn a_motion_is_shown_with_its_axes_speeds_and_end() {
     is(&imc, Activity::Idle, Some(WaitsFor::StoppedMotion));
     assert!(imc.device().details().isel().unwrap().stopped_motion);
     imc.run_to_rest().unwrap();
-    imc.ask(b"@0S\r").unwrap();
-    is(&imc, Activity::Idle, Some(WaitsFor::Command));
+    assert_eq!(imc.ask(b"@0S\r").unwrap(), b"2");
+    is(&imc, Activity::LimitError, Some(WaitsFor::LimitErrorCleared));
 }
 
 #[test]

@@ -66,7 +66,7 @@ export interface View {
   activity: string;
   waits_for: string | null;
   baud: number;
-  axes: { index: number; name: string; configured: boolean; position: number; carriage: number; referenced: boolean; speed: number }[];
+  axes: { index: number; name: string; configured: boolean; position: number; carriage: number; referenced: boolean; speed: number; limits?: [boolean, boolean] }[];
   signals: { name: string; value: number | null }[];
   ports: Port[];
   details: { family: string; program?: Program | null; head?: string; motors_on?: boolean };

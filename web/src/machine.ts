@@ -170,6 +170,9 @@ export class Machine {
   seen(view: View): void {
     this.view = view;
     if (view.details.head) this.head = view.details.head;
+    for (const { index, limits } of view.axes) {
+      limits?.forEach((active, i) => this.presses(`${index}${i ? "+" : "-"}`, active));
+    }
     this.edition += 1;
   }
 
@@ -197,6 +200,11 @@ export class Machine {
     return [x!, y!, z!];
   }
 
+  private presses(name: string, active: boolean): void {
+    if (active) this.switches.add(name);
+    else this.switches.delete(name);
+  }
+
   private hearOne(entry: Entry): void {
     switch (entry.kind) {
       case "command":
@@ -215,12 +223,8 @@ export class Machine {
           bytes: this.view?.details.program?.lines[entry.line ?? -1] ?? "",
         };
         return;
-      case "switch": {
-        const name = `${entry.axis}${entry.positive ? "+" : "-"}`;
-        if (entry.active) this.switches.add(name);
-        else this.switches.delete(name);
-        return;
-      }
+      case "switch":
+        return this.presses(`${entry.axis}${entry.positive ? "+" : "-"}`, entry.active ?? false);
       case "motion":
         this.moves(entry);
         return;

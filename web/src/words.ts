@@ -183,7 +183,9 @@ const TABLE = {
 
 /** What the server says in one word, where it has a German one. */
 const FOREIGN: Record<string, string> = {
-  off: "aus", idle: "ruht", "starting-up": "startet", move: "fährt", arc: "fährt einen Bogen",
+  off: "aus", idle: "ruht", "limit-error": "Endschalterfehler", "needs-reference": "braucht Referenzfahrt",
+  "cannot-move": "kann nicht fahren", "program-stopped": "Programm angehalten",
+  "starting-up": "startet", move: "fährt", arc: "fährt einen Bogen",
   "following-vectors": "fährt Vektoren", "program-move": "fährt im Programm",
   "following-trackball": "folgt der Rollkugel", "self-test": "Selbsttest",
   "reference-towards-switch": "Referenzfahrt zum Schalter", "reference-out-of-switch": "Referenzfahrt vom Schalter",

@@ -115,3 +115,12 @@ test("time passes while nothing is told, at the pace of the clock", async () => 
   it.clock = { now: 5e9, clock: "2x", paused: { at: 6e9, by: "me", breakpoints: [] } };
   assert.equal(it.now, 6e9);
 });
+
+test("limit switches are red that were pressed before it was there, and as they change", () => {
+  const it = machine();
+  const view = (limits) => ({ powered: true, details: {}, axes: [{ index: 0, limits }, { index: 1, limits: [false, false] }] });
+  it.seen(view([false, true]));
+  assert.deepEqual([...it.switches], ["0+"]);
+  it.hear([entry("switch", { axis: 1, positive: false, active: true }), entry("switch", { axis: 0, positive: true, active: false })]);
+  assert.deepEqual([...it.switches], ["1-"]);
+});

@@ -86,12 +86,12 @@ pub fn profile(number: usize, model: &Model, machine: &Machine, names: &Names) -
     })
 }
 
-/// The step counters.
+/// The step counters, and what the controller does.
 #[must_use]
 pub fn position(view: &View<Details>) -> Value {
     let axes = view.axes.iter().map(|axis| (axis.name.clone(), axis.position.into()));
     let axes: Map<String, Value> = axes.collect();
-    json!({ "at": view.at, "axes": axes })
+    json!({ "at": view.at, "activity": view.activity, "axes": axes })
 }
 
 /// What can be pressed, turned and set, with its present value.

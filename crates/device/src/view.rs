@@ -85,6 +85,14 @@ pub enum Activity {
     Off,
     /// Nothing: it takes the next command.
     Idle,
+    /// Nothing, and it refuses moves: an axis has run onto a limit switch, and that error still holds.
+    LimitError,
+    /// Nothing, and it refuses moves until the axes that have left their limit switches have made a
+    /// reference run.
+    NeedsReference,
+    /// Nothing, and it refuses moves: the power stages are off, the cover is open, or something has
+    /// failed.
+    CannotMove,
     /// It starts up after a reset or after it was switched on.
     StartingUp,
 
@@ -141,12 +149,24 @@ pub enum Activity {
     Trackball,
 }
 
+impl Activity {
+    /// Whether it rests for a reason that a command or a person must remove first.
+    #[must_use]
+    pub fn is_held_up(self) -> bool {
+        use Activity::{CannotMove, LimitError, NeedsReference, Off, ProgramStopped, Stopped};
+        matches!(self, Off | LimitError | NeedsReference | CannotMove | ProgramStopped | Stopped)
+    }
+}
+
 /// In a few words, for people.
 impl fmt::Display for Activity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Activity::Off => "off",
             Activity::Idle => "idle",
+            Activity::LimitError => "limit error",
+            Activity::NeedsReference => "needs a reference run",
+            Activity::CannotMove => "cannot move",
             Activity::StartingUp => "starting up",
             Activity::Move => "move",
             Activity::Arc => "arc",
@@ -187,6 +207,12 @@ pub enum WaitsFor {
     Command,
     /// A command that goes on with the motion that was stopped, or any other, which gives it up.
     StoppedMotion,
+    /// The command that clears a limit error.
+    LimitErrorCleared,
+    /// A reference run.
+    Reference,
+    /// The cause that prevents motion to be removed.
+    MotionAllowed,
     /// START, or the command that is as good.
     Start,
     /// The command that lets commands be executed again after a stop.
@@ -222,6 +248,11 @@ impl fmt::Display for WaitsFor {
             WaitsFor::StoppedMotion => {
                 f.write_str("a command, such as the one that goes on with the stopped motion")
             }
+            WaitsFor::LimitErrorCleared => {
+                f.write_str("the limit error to be cleared, such as by a reference run")
+            }
+            WaitsFor::Reference => f.write_str("a reference run"),
+            WaitsFor::MotionAllowed => f.write_str("motion to be possible again"),
             WaitsFor::Start => f.write_str("START or the start command"),
             WaitsFor::GoOn => f.write_str("the command that goes on after a stop"),
             WaitsFor::TrackballClosed => f.write_str("the trackball to be closed"),
@@ -268,6 +299,9 @@ pub struct AxisView {
     pub zero: i64,
     /// Its share of the present step frequency, µHz, with the sign of its direction.
     pub speed: i64,
+    /// Whether its negative and its positive limit switch are active, as the controller sees them.
+    #[serde(default)]
+    pub limits: [bool; 2],
 }
 
 /// A signal and what it is.
@@ -304,6 +338,8 @@ pub enum Cause {
     TrackballReport,
     /// A contact bounces, or is pressed and begins to bounce.
     Contact,
+    /// A carriage presses a limit switch or releases it.
+    LimitSwitch,
 }
 
 /// In a few words, for people.
@@ -313,6 +349,7 @@ impl fmt::Display for Cause {
             Cause::Activity => "what it is doing ends or goes on",
             Cause::SpindleSpeed => "spindle reaches its speed",
             Cause::Contact => "a contact that bounces changes",
+            Cause::LimitSwitch => "a limit switch changes",
             Cause::TrackballReport => "position of the trackball's axis",
         })
     }

@@ -5,7 +5,7 @@ use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Frame, Op};
 use vimc4_motion::Point;
 
 use crate::firmware::Firmware;
-use crate::model::{AfterFree, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver};
+use crate::model::{CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver};
 use crate::program::Validity;
 use crate::why::{Opened, Why};
 
@@ -164,12 +164,10 @@ impl Firmware {
     /// `R` while an axis that has left its limit switch by `F` waits for a reference run
     /// (12 2.2.9). In test mode it does not.
     fn check_freed(&self) -> Result<(), Why> {
-        let state = &self.state;
-        let waits = state.model.quirks.after_free == AfterFree::Reference;
-        if waits && !state.test_mode && !state.freed.is_empty() {
-            return Err(Why::Freed(state.freed));
+        match self.state.waits_for_reference() {
+            true => Err(Why::Freed(self.state.freed)),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// `2` or `R` for an absolute move of an axis without a reference point. Axes that are already

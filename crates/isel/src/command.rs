@@ -91,6 +91,12 @@ impl Firmware {
     }
 
     fn initialise_parameter(&mut self, init: Init) {
+        let limits = self.limits();
+        self.set_parameter(init);
+        self.tell_limits(&limits, &self.limits());
+    }
+
+    fn set_parameter(&mut self, init: Init) {
         let settings = &mut self.state.settings;
         match init {
             Init::Directions(axes) => settings.directions = axes,

@@ -52,14 +52,22 @@ impl Device for Controller {
             self.0.take_waiting();
             return true;
         }
+        let switch = self.0.state.switch_due_by(at);
+        if let Some(due) = switch {
+            self.0.state.now = due;
+            self.0.carriage_changes_switch();
+        }
+        // What else is due at the same instant belongs to the same cause.
+        let at = switch.unwrap_or(at);
         if let Some(due) = self.0.state.contact_due_by(at) {
             self.0.state.now = due;
             self.0.contact();
-            return true;
+        } else if let Some(due) = self.0.state.due_by(at) {
+            self.0.state.now = due;
+            self.0.activity_ended();
+        } else {
+            return switch.is_some();
         }
-        let Some(due) = self.0.state.due_by(at) else { return false };
-        self.0.state.now = due;
-        self.0.activity_ended();
         true
     }
 
@@ -93,6 +101,9 @@ impl Device for Controller {
     fn restore(&mut self, state: State) {
         self.0.state = state;
         self.0.out.clear();
+        if self.0.state.plant.is_without_next_switch() {
+            self.0.expect_switch();
+        }
     }
 
     fn now(&self) -> Time {
@@ -108,7 +119,7 @@ impl Device for Controller {
     }
 
     fn activity(&self) -> vimc4_device::Activity {
-        self.0.state.doing()
+        self.0.state.shown_activity()
     }
 
     fn details(&self) -> Details {

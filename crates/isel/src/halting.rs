@@ -80,8 +80,9 @@ impl Firmware {
 
     /// Puts the controller into the state after power-on and reports what that changed.
     pub(crate) fn reset(&mut self) {
-        let (baud, outputs) = (self.state.baud, self.state.driven());
+        let (baud, outputs, limits) = (self.state.baud, self.state.driven(), self.limits());
         self.state.reset();
+        self.tell_limits(&limits, &self.limits());
         if baud != self.state.baud && self.wants(Kinds::LINE) {
             self.emit(Event::Baud { baud: self.state.baud });
         }
@@ -114,6 +115,7 @@ impl Firmware {
             self.struck_by(ending);
             if otherwise {
                 self.look_ahead_again();
+                self.expect_switch();
             }
             if at_once {
                 return self.segment_ended();

@@ -2,15 +2,12 @@
 
 use vimc4_device::{Event, FaultNumber, Faulting, Kinds, Loss, MachineStrike, Mishap};
 use vimc4_motion::Running;
-use vimc4_plant::{Contact, End, Plant, PlantSignal, Way};
+use vimc4_plant::{Contact, Plant, PlantSignal, Way};
 
 use crate::activity::Activity;
 use crate::axes::{AXES, AXIS_NAMES};
 use crate::firmware::Firmware;
-
-/// Which limit switches are active, as the controller sees them: for each axis the negative and the
-/// positive one.
-type Limits = [[bool; 2]; AXES];
+use crate::switches::Limits;
 
 impl Firmware {
     /// A fault begins or ends.
@@ -110,27 +107,13 @@ impl Firmware {
         self.machine_changed(before);
     }
 
-    fn limits(&self) -> Limits {
-        std::array::from_fn(|axis| {
-            let slide = self.state.slide_at(axis, self.state.now);
-            [End::Negative, End::Positive].map(|end| self.limit_active_at(axis, end, &slide))
-        })
-    }
-
     /// The limit switches may have changed.
     fn machine_changed(&mut self, before: Limits) {
         let after = self.limits();
-        let mut pressed = false;
-        for (axis, (before, after)) in before.iter().zip(&after).enumerate() {
-            for (end, (before, after)) in before.iter().zip(after).enumerate() {
-                pressed |= after > before;
-                if before != after && self.wants(Kinds::SWITCH) {
-                    let (axis, positive, active) = (axis as u8, end == 1, *after);
-                    let event = Event::Switch { axis, positive, active };
-                    self.for_no_command(|firmware| firmware.emit(event));
-                }
-            }
-        }
+        let each = before.as_flattened().iter().zip(after.as_flattened());
+        let pressed = each.into_iter().any(|(before, after)| after > before);
+        self.for_no_command(|firmware| firmware.tell_limits(&before, &after));
+        self.expect_switch();
         if !self.state.powered {
             return;
         }

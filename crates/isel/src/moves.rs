@@ -135,6 +135,7 @@ impl Firmware {
             plan,
             ending: Ending::Complete,
         }));
+        self.expect_switch();
         Outcome::Nothing
     }
 
@@ -212,7 +213,7 @@ impl Firmware {
         let mut followed = self.move_carriages(path, steps, [false; PLACES]);
         let mut overran = [false; AXES];
         if sudden && self.state.model.quirks.lost_steps {
-            let overrun = self.overrun(segment, steps);
+            let (overrun, limits) = (self.overrun(segment, steps), self.limits_at_rest());
             let rest = path.after(steps);
             let slip = rest.at(overrun);
             let stopped = self.move_carriages(&rest, overrun, followed.stood).lost;
@@ -220,6 +221,7 @@ impl Firmware {
                 followed.lost[axis] += stopped[axis] - slip[axis];
                 overran[axis] = slip[axis] != stopped[axis];
             }
+            self.tell_limits(&limits, &self.limits_at_rest());
         }
         self.warn_of_losses(&followed, overran);
         if self.wants(Kinds::MOTION) {

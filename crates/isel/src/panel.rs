@@ -3,7 +3,7 @@
 
 use vimc4_device::{Event, Kinds, StopCause};
 use vimc4_isel_wire::Op;
-use vimc4_plant::{End, PlantSignal};
+use vimc4_plant::PlantSignal;
 
 use crate::activity::{Activity, Ending, Purpose, Wait};
 use crate::firmware::Firmware;
@@ -22,12 +22,18 @@ impl Firmware {
     /// A signal of the plant takes a level.
     pub(crate) fn set_signal(&mut self, signal: PlantSignal, level: bool) {
         let driven = self.state.driven();
+        let limits = matches!(signal, PlantSignal::Limit(..)).then(|| self.limits());
         if !self.state.plant.set(signal, level) {
             return;
         }
         if self.wants(Kinds::SIGNAL) {
             let event = Event::Signal { signal: signal.id(), value: level.into() };
             self.for_no_command(|firmware| firmware.emit(event));
+        }
+        if let Some(limits) = limits {
+            let after = self.limits();
+            self.for_no_command(|firmware| firmware.tell_limits(&limits, &after));
+            self.expect_switch();
         }
         if !self.state.powered {
             return;
@@ -39,14 +45,7 @@ impl Firmware {
             (PlantSignal::Start, true) => self.start_button(),
             (PlantSignal::On, true) => self.on_button(),
             (PlantSignal::EmergencyStop, true) => self.emergency_stop(),
-            (PlantSignal::Limit(axis, end), active) => {
-                if self.wants(Kinds::SWITCH) {
-                    let positive = end == End::Positive;
-                    let event = Event::Switch { axis: axis as u8, positive, active };
-                    self.for_no_command(|firmware| firmware.emit(event));
-                }
-                self.limits_changed()
-            }
+            (PlantSignal::Limit(..), _) => self.limits_changed(),
             _ => Outcome::Nothing,
         };
         self.follow(outcome);

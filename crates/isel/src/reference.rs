@@ -126,6 +126,7 @@ impl Firmware {
         }
         self.motion_begins(&run.segment);
         self.state.activity = Activity::Referencing(Box::new(run));
+        self.expect_switch();
         Outcome::Nothing
     }
 

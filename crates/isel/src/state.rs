@@ -11,7 +11,7 @@ use vimc4_plant::{Machine, Plant, Slide, Way};
 
 use crate::activity::{Activity, Plan, Wait};
 use crate::flash::Flash;
-use crate::model::{Model, StopButton};
+use crate::model::{AfterFree, Model, StopButton};
 use crate::settings::Settings;
 use crate::why::{By, Off};
 use crate::wiring::{Output, Outputs};
@@ -300,6 +300,23 @@ impl State {
 
     // --- the present activity ---
 
+    /// What the controller is doing, or why it refuses moves.
+    pub(crate) fn shown_activity(&self) -> Doing {
+        match self.doing() {
+            Doing::Idle if !self.latched.is_empty() => Doing::LimitError,
+            Doing::Idle if self.waits_for_reference() => Doing::NeedsReference,
+            Doing::Idle if !self.motors_on() || self.cover_forbids() => Doing::CannotMove,
+            doing => doing,
+        }
+    }
+
+    /// Whether an axis that has left its limit switch must make a reference run before any other
+    /// motion (12 2.2.9).
+    pub(crate) fn waits_for_reference(&self) -> bool {
+        let needed = self.model.quirks.after_free == AfterFree::Reference;
+        needed && !self.test_mode && !self.freed.is_empty()
+    }
+
     /// What the controller is doing.
     pub(crate) fn doing(&self) -> Doing {
         if !self.powered {
@@ -361,7 +378,19 @@ impl State {
         self.deadline().is_none_or(|end| due <= end).then_some(due)
     }
 
-    /// The time of the soonest cause. Only one activity runs at a time, so there is at most one.
+    /// When a carriage changes a limit switch next.
+    pub(crate) fn switch_due(&self) -> Option<Time> {
+        self.plant.switch_due(self.running())
+    }
+
+    /// The same, if that is not after `at`, and nothing else is due before it.
+    pub(crate) fn switch_due_by(&self, at: Time) -> Option<Time> {
+        let due = self.switch_due().filter(|due| *due <= at)?;
+        let others = self.deadline().into_iter().chain(self.contact_due());
+        others.into_iter().all(|other| due <= other).then_some(due)
+    }
+
+    /// When the present activity ends. Only one runs at a time.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let due = match &self.activity {
             Activity::Idle | Activity::Echo => return None,
@@ -388,7 +417,7 @@ impl State {
         if self.has_waiting() {
             return Some(self.now);
         }
-        self.deadline().into_iter().chain(self.contact_due()).min()
+        [self.deadline(), self.contact_due(), self.switch_due()].into_iter().flatten().min()
     }
 
     /// A new motion drops the remainder of an older one.

@@ -1,5 +1,6 @@
 //! Limit switches as the controller sees them, and where on its way a path meets one.
 
+use vimc4_device::{Event, Kinds};
 use vimc4_motion::Path;
 use vimc4_plant::{End, Slide, Way};
 
@@ -8,7 +9,71 @@ use crate::firmware::Firmware;
 use crate::model::LimitBits;
 use crate::state::State;
 
+/// Which limit switches are active, as the controller sees them: for each axis the negative and the
+/// positive one.
+pub(crate) type Limits = [[bool; 2]; AXES];
+
+/// The ends in the order of [`Limits`].
+pub(crate) const ENDS: [End; 2] = [End::Negative, End::Positive];
+
 impl Firmware {
+    /// Which limit switches are active now.
+    pub(crate) fn limits(&self) -> Limits {
+        self.limits_at(|axis| self.state.slide_at(axis, self.state.now))
+    }
+
+    /// Which limit switches are active where the carriages stand.
+    pub(crate) fn limits_at_rest(&self) -> Limits {
+        self.limits_at(|axis| self.state.plant.slide(axis))
+    }
+
+    fn limits_at(&self, slide: impl Fn(usize) -> Slide) -> Limits {
+        std::array::from_fn(|axis| {
+            let slide = slide(axis);
+            ENDS.map(|end| self.limit_active_at(axis, end, &slide))
+        })
+    }
+
+    /// Reports the limit switches that have changed. A change that no command has caused belongs to
+    /// none.
+    pub(crate) fn tell_limits(&mut self, before: &Limits, after: &Limits) {
+        if before == after || !self.wants(Kinds::SWITCH) {
+            return;
+        }
+        for (axis, (before, after)) in before.iter().zip(after).enumerate() {
+            let ends = [false, true].into_iter().zip(before.iter().zip(after));
+            for (positive, (_, active)) in ends.filter(|(_, (before, after))| before != after) {
+                self.emit(Event::Switch { axis: axis as u8, positive, active: *active });
+            }
+        }
+    }
+
+    /// Looks for the step of the running motion, after the present one, with which a limit switch
+    /// changes.
+    pub(crate) fn expect_switch(&mut self) {
+        let (state, signs) = (&self.state, self.state.carriage_signs());
+        let step = state.running().and_then(|running| {
+            let way = Way { path: &running.segment.path, signs: &signs };
+            let active = |axis, end, slide: &Slide| self.limit_active_at(axis, end, slide);
+            state.plant.switch_ahead(&way, running.steps_at(state.now), active)
+        });
+        self.state.plant.expect_switch(step);
+    }
+
+    /// The running motion makes the step with which a limit switch changes.
+    pub(crate) fn carriage_changes_switch(&mut self) {
+        if let Some(step) = self.state.plant.next_switch()
+            && let Some(running) = self.state.running().filter(|_| self.wants(Kinds::SWITCH))
+        {
+            let path = &running.segment.path;
+            let after = |steps| self.limits_at(|axis| self.slide_after(axis, path, steps));
+            let (before, after) = (after(step.saturating_sub(1)), after(step));
+            self.tell_limits(&before, &after);
+        }
+        self.expect_switch();
+        self.inputs_changed();
+    }
+
     /// Whether the limit switch of an end is active for an axis at an instant: the switch that stands
     /// for this end is enabled and has its active level (12 4.2.6, 4.2.7). A switch that the machine
     /// does not have has no level; only a hand can press it.

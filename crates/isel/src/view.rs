@@ -12,6 +12,7 @@ use crate::axes::{AXES, AXIS_NAMES, wrap};
 use crate::firmware::Firmware;
 use crate::model::Model;
 use crate::program::Validity;
+use crate::switches::ENDS;
 use crate::why::{Off, Why};
 
 /// What only isel's controllers have.
@@ -119,20 +120,26 @@ impl Firmware {
         let running = self.state.running();
         let axes = (0..AXES).map(|axis| {
             let offset = running.map_or(0, |running| running.offset(axis, at));
+            let slide = state.slide_at(axis, at);
             AxisView {
                 index: axis as u8,
                 name: AXIS_NAMES[axis].to_owned(),
                 configured: state.axes.has(axis),
                 position: wrap(state.position[axis] + offset),
-                carriage: state.slide_at(axis, at).place(),
+                carriage: slide.place(),
                 referenced: state.referenced.has(axis),
                 zero: state.zero[axis],
                 speed: running.map_or(0, |running| running.speed(axis, at)),
+                limits: ENDS.map(|end| self.limit_active_at(axis, end, &slide)),
             }
         });
         let ports = state.model.ports.read.keys().map(|&port| (port, true));
         let ports = ports.chain(state.model.ports.write.keys().map(|&port| (port, false)));
-        let causes = [(state.deadline(), Cause::Activity), (state.contact_due(), Cause::Contact)];
+        let causes = [
+            (state.deadline(), Cause::Activity),
+            (state.contact_due(), Cause::Contact),
+            (state.switch_due(), Cause::LimitSwitch),
+        ];
         let timers =
             causes.into_iter().filter_map(|(due, cause)| Some(TimerView { cause, due: due? }));
         let mut timers: Vec<TimerView> = timers.collect();
@@ -142,7 +149,7 @@ impl Firmware {
             model: state.model.name.clone(),
             machine: state.plant.machine().name.clone(),
             powered: state.powered,
-            activity: self.state.doing(),
+            activity: self.state.shown_activity(),
             waits_for: self.awaited(),
             baud: state.baud,
             received: Fill {
@@ -210,8 +217,11 @@ impl Firmware {
         if self.state.deadline().is_some() {
             return None;
         }
-        Some(match self.state.doing() {
+        Some(match self.state.shown_activity() {
             Doing::Off => WaitsFor::Power,
+            Doing::LimitError => WaitsFor::LimitErrorCleared,
+            Doing::NeedsReference => WaitsFor::Reference,
+            Doing::CannotMove => WaitsFor::MotionAllowed,
             Doing::Idle if self.state.remainder.is_some() => WaitsFor::StoppedMotion,
             Doing::Idle => WaitsFor::Command,
             Doing::Storing => WaitsFor::ProgramLine,

@@ -21,6 +21,8 @@ pub struct Picture {
     running: Option<Course>,
     ports: BTreeMap<u16, u8>,
     signals: BTreeMap<SignalId, i32>,
+    /// Whether a limit switch of an axis is active, the positive one or the other.
+    limits: BTreeMap<(u8, bool), bool>,
     /// Bits of ports that are nothing but a signal.
     wired: BTreeMap<SignalId, (u16, u8)>,
 }
@@ -66,7 +68,12 @@ impl Picture {
             }
         }
         let values = view.signals.iter().filter_map(|signal| Some((signal.id, signal.value?)));
-        Picture { at: view.at, axes, running: None, ports, signals: values.collect(), wired }
+        let limits = view.axes.iter().flat_map(|axis| {
+            let ends = [false, true].into_iter().zip(axis.limits);
+            ends.map(|(positive, active)| ((axis.index, positive), active))
+        });
+        let (signals, limits) = (values.collect(), limits.collect());
+        Picture { at: view.at, axes, running: None, ports, signals, limits, wired }
     }
 
     /// The time it shows.
@@ -120,6 +127,7 @@ impl Picture {
             What::Deed { deed: Deed::Restore, .. } => {
                 (self.axes, self.running) = ([None; AXES], None);
                 (self.ports, self.signals) = (BTreeMap::new(), BTreeMap::new());
+                self.limits.clear();
             }
             What::Deed { deed: Deed::Power(_), .. } => self.axes = [None; AXES],
             What::Deed { .. } => {}
@@ -150,6 +158,9 @@ impl Picture {
                 }
             }
             Event::Port { port, value } => _ = self.ports.insert(*port, *value),
+            Event::Switch { axis, positive, active } => {
+                self.limits.insert((*axis, *positive), *active);
+            }
             Event::Signal { signal, value } => {
                 self.signals.insert(*signal, *value);
                 if let Some((port, bit)) = self.wired.get(signal) {
@@ -206,7 +217,7 @@ impl Facts for Span<'_> {
     }
 
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
-        let Picture { axes, running, ports, signals, .. } = self.picture;
+        let Picture { axes, running, ports, signals, limits, .. } = self.picture;
         let is_so = match *fact {
             Fact::Axis { axis, low, high } => {
                 let axis = usize::from(axis);
@@ -224,8 +235,9 @@ impl Facts for Span<'_> {
                 ports.get(&port).is_some_and(|value| (value >> (bit & 7) & 1 == 1) == level)
             }
             Fact::Signal { signal, value } => signals.get(&signal) == Some(&value),
-            // The journal does not tell of switches that a motion runs onto.
-            Fact::Limit { .. } => false,
+            Fact::Limit { axis, positive, active } => {
+                limits.get(&(axis, positive)) == Some(&active)
+            }
         };
         is_so.then_some(from)
     }

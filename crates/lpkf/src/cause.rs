@@ -21,6 +21,8 @@ pub(crate) enum Cause {
     BallReport,
     /// A contact changes that bounces.
     Contact,
+    /// A carriage presses a limit switch or releases it.
+    Switch,
 }
 
 impl State {
@@ -48,7 +50,17 @@ impl State {
         {
             next = Some((due, Cause::Contact));
         }
+        if let Some(due) = self.switch_due()
+            && next.is_none_or(|(first, _)| due <= first)
+        {
+            next = Some((due, Cause::Switch));
+        }
         next.filter(|(due, _)| *due != Time::NEVER)
+    }
+
+    /// When a carriage changes a limit switch next.
+    pub(crate) fn switch_due(&self) -> Option<Time> {
+        self.plant.switch_due(self.running())
     }
 
     /// When the next contact changes that bounces.

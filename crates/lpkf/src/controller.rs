@@ -86,6 +86,11 @@ impl Controller {
                 self.send(says);
             }
             Cause::Contact => self.contact(),
+            Cause::Switch => {
+                self.carriage_changes_switch();
+                // What else is due at the same instant belongs to the same cause.
+                self.perform_cause(self.state.now);
+            }
         }
         true
     }
@@ -251,6 +256,9 @@ impl Controller {
 
     /// A command that bypasses the buffer.
     fn execute_directly(&mut self, number: CommandNumber, command: &Command) {
+        if *command == Command::GoOn {
+            self.tell_dropped(number);
+        }
         let Some(command) = self.state.execute_directly(command) else {
             return self.answer_done(number, command);
         };
@@ -264,6 +272,23 @@ impl Controller {
             let (raw, command) = (raw.into(), Ok(command));
             self.state.buffer.put_first(Entry::Command { raw, command, number });
         }
+    }
+
+    /// `!GO` drops what is left of a command that was broken off.
+    fn tell_dropped(&mut self, number: CommandNumber) {
+        let broken = self.state.broken.as_ref().filter(|broken| !broken.stages.is_empty());
+        let Some(command) = broken.map(|broken| &broken.command) else { return };
+        let head = match (command, self.state.outputs.head_down) {
+            (Command::PenDown, false) => "; the head is still up",
+            (Command::PenUp, true) => "; the head is still down",
+            _ => "",
+        };
+        let mnemonic = command.form().mnemonic;
+        let why = format!("!GO drops what was left of {mnemonic}{head}");
+        self.emit(Some(number), Kinds::ANSWER, || Event::CutShort {
+            mnemonic: mnemonic.into(),
+            why: why.into(),
+        });
     }
 
     /// Does the part of a command that takes no time. Returns its stages, unless it has failed.
@@ -303,6 +328,7 @@ impl Controller {
                 });
                 let jams = self.state.plant.jams(&moving.segment, 0);
                 self.state.set_activity(Activity::Moving(moving));
+                self.state.expect_switch();
                 jams.into_iter().for_each(|(axis, fault)| self.stands(axis, fault));
             }
             Some(Ok(Begun::Pause(pause, until))) => {
@@ -328,7 +354,6 @@ impl Controller {
         match ending {
             Ending::Arrived => {}
             Ending::OnLimit(axis, end) => {
-                self.switch_event(self.job_number(), axis, end, true);
                 let stop = Stop::Limit(axis, self.state.side(axis, end));
                 let why = self.state.on_limit(axis, end, false);
                 self.break_off(Some((moving, steps)), stop, why);
@@ -406,7 +431,10 @@ impl Controller {
         {
             self.emit(None, Kinds::SIGNAL, || Event::Signal { signal: id, value });
         }
-        match self.state.signal(id, value) {
+        let before = self.state.pressed_now();
+        let leads = self.state.signal(id, value);
+        self.tell_switches(&before);
+        match leads {
             Leads::Nowhere => {}
             Leads::Interruption(stop, why) => self.interrupt(stop, why),
             Leads::Halt(fault) => self.halt(fault),
@@ -447,9 +475,27 @@ impl Controller {
         Some((moving, steps))
     }
 
-    /// A limit switch was pressed or released by hand.
+    /// The running motion makes the step with which a limit switch changes.
+    fn carriage_changes_switch(&mut self) {
+        if self.out.wants(Kinds::SWITCH) {
+            for (axis, end, active) in self.state.switches_passed() {
+                self.switch_event(self.job_number(), axis, end, active);
+            }
+        }
+        self.state.expect_switch();
+    }
+
+    /// Reports the limit switches that have changed without a command.
+    fn tell_switches(&mut self, before: &Limits) {
+        if self.out.wants(Kinds::SWITCH) {
+            for (axis, end, active) in self.state.switches_changed(before) {
+                self.switch_event(None, axis, end, active);
+            }
+        }
+    }
+
+    /// A limit switch was pressed or released by hand, or by a fault.
     fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
-        self.switch_event(None, axis, end, active);
         match self.state.switch_pressed(axis, end, active) {
             Pressed::Nothing => {}
             Pressed::Found(moving, steps) => self.commit(&moving, steps),
@@ -558,6 +604,7 @@ impl Controller {
     /// The limit switches may have changed.
     fn machine_changed(&mut self, before: &Limits) {
         self.state.look_ahead_again();
+        self.tell_switches(before);
         if self.state.powered {
             for (axis, end, active) in self.state.switches_changed(before) {
                 self.switch_changed(axis, end, active);

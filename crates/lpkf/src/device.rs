@@ -44,6 +44,9 @@ impl Device for Controller {
     fn restore(&mut self, state: State) {
         self.state = state;
         self.out.clear();
+        if self.state.plant.is_without_next_switch() {
+            self.state.expect_switch();
+        }
     }
 
     fn now(&self) -> Time {
@@ -59,7 +62,7 @@ impl Device for Controller {
     }
 
     fn activity(&self) -> Activity {
-        self.state.doing()
+        self.state.shown_activity()
     }
 
     fn details(&self) -> Details {

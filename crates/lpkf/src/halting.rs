@@ -148,6 +148,7 @@ impl State {
             moving.event = self.meets(None, path, step);
         }
         self.set_activity(Activity::Moving(moving));
+        self.expect_switch();
         Pressed::Nothing
     }
 
@@ -157,6 +158,7 @@ impl State {
         let sought = self.job.as_ref().and_then(Task::sought);
         moving.event = self.meets(sought, &moving.segment.path, moving.steps_at(self.now));
         self.set_activity(Activity::Moving(moving));
+        self.expect_switch();
     }
 
     // --- continuing ---

@@ -7,6 +7,7 @@ use vimc4_device::{
 use vimc4_plant::Unit;
 
 use crate::language::{Command, Mode, Trackball};
+use crate::mishaps::ENDS;
 use crate::state::{Activity, Pause, Stage, State, Task};
 use crate::why::Stop;
 
@@ -103,15 +104,17 @@ impl State {
         let axes = state.fitted().map(|axis| {
             let index = axis.index();
             let offset = running.map_or(0, |running| running.offset(index, at));
+            let slide = state.slide_at(index, at);
             AxisView {
                 index: index as u8,
                 name: self.axis_name(axis).to_owned(),
                 configured: true,
                 position: state.position[index] + offset,
-                carriage: state.carriage_at(index, at),
+                carriage: slide.place(),
                 referenced: state.referenced[index],
                 zero: 0,
                 speed: running.map_or(0, |running| running.speed(index, at)),
+                limits: ENDS.map(|end| state.plant.pressed(index, end, &slide)),
             }
         });
         let inputs = state.model.io.read.iter().map(|port| {
@@ -125,7 +128,7 @@ impl State {
             model: state.model.name.clone(),
             machine: state.plant.machine().name.clone(),
             powered: state.powered,
-            activity: self.doing(),
+            activity: self.shown_activity(),
             waits_for: self.awaited(),
             baud: state.model.line.baud,
             received: Fill { used: state.buffer.bytes, size: state.model.buffer.bytes },
@@ -143,6 +146,7 @@ impl State {
             (self.unit.due, Cause::SpindleSpeed),
             (self.ball.due, Cause::TrackballReport),
             (self.contact_due(), Cause::Contact),
+            (self.switch_due(), Cause::LimitSwitch),
         ];
         let mut timers: Vec<TimerView> = causes
             .into_iter()
@@ -199,6 +203,14 @@ impl State {
         }
     }
 
+    /// What the controller is doing, or why it refuses moves.
+    pub(crate) fn shown_activity(&self) -> Doing {
+        match self.doing() {
+            Doing::Idle if self.standing_fault().is_some() => Doing::CannotMove,
+            doing => doing,
+        }
+    }
+
     pub(crate) fn doing(&self) -> Doing {
         if !self.powered {
             return Doing::Off;
@@ -228,8 +240,9 @@ impl State {
 
     /// What it waits for, unless a command executes. Spindle unit and trackball continue meanwhile.
     fn awaited(&self) -> Option<WaitsFor> {
-        match self.doing() {
+        match self.shown_activity() {
             Doing::Off => Some(WaitsFor::Power),
+            Doing::CannotMove => Some(WaitsFor::MotionAllowed),
             _ if self.job_due().is_some() => None,
             Doing::Stopped => Some(WaitsFor::GoOn),
             Doing::Trackball => Some(WaitsFor::TrackballClosed),

@@ -44,3 +44,33 @@ fn commands_are_numbered_as_they_come_whenever_they_begin() {
     ];
     assert_eq!(told, expected);
 }
+
+/// What `!GO` says it drops, after STOP has broken off these commands.
+fn dropped(model: &str, commands: &str, resume: &[u8]) -> Vec<String> {
+    let model = Model::builtin(model).expect("built in");
+    let machine = Machine::builtin("bench").expect("built in");
+    let mut controller = Harness::new(Controller::new(model, machine)).watching(Kinds::ANSWER);
+    controller.send(format!("!ES1;{commands};").as_bytes());
+    controller.run_to(Time::from_millis(50));
+    controller.input(Input::Signal(PlantSignal::Stop.id(), 1));
+    controller.run_to(Time::from_millis(900));
+    controller.send(resume);
+    let why = |output| match output {
+        Output::Event(_, Event::CutShort { why, .. }) => Some(why.to_string()),
+        _ => None,
+    };
+    controller.drain().filter_map(why).collect()
+}
+
+#[test]
+fn going_on_says_which_command_it_drops() {
+    let head = "!CM1;!TM1000,1000,1000,1000";
+    assert_eq!(
+        dropped("smcu", &format!("{head};PD"), b"!GO;"),
+        ["!GO drops what was left of PD; the head is still up"]
+    );
+    assert_eq!(dropped("motionsystem", "PA1000,0", b"!GO;"), ["!GO drops what was left of PA"]);
+    assert_eq!(dropped("motionsystem", "PA1000,0", b"!CS;!GO;"), [""; 0]);
+    // Nothing of it was left.
+    assert_eq!(dropped("motionsystem", "PA10,0", b"!GO;"), [""; 0]);
+}

@@ -65,7 +65,10 @@ fn carry_out(served: &mut Served, moment: u64, order: Order) -> Result<String, P
         }
         // Nothing waits here for time to pass.
         Order::Cancel => "ok".to_owned(),
-        Order::Position => position_in_words(&live.line.view(live.now()).axes),
+        Order::Position => {
+            let view = live.line.view(live.now());
+            position_in_words(&view.axes, view.activity)
+        }
         Order::Faults => faults_in_words(&live.line.faults(), &live.names),
         Order::Rule(Ruling::Begin(_, scenario)) => {
             let number = live.scenario(moment, &by, scenario.clone())?;

@@ -80,6 +80,10 @@ pub struct Plant {
     upwards: u8,
     #[serde(default, skip_serializing_if = "is_default")]
     under_way: UnderWay,
+    /// The clock step of the running motion with which a limit switch changes next. It is always
+    /// written; a state from before it was kept has [`UNKNOWN`].
+    #[serde(default = "unknown")]
+    next_switch: Option<u64>,
     #[serde(default, skip_serializing_if = "is_default")]
     faults: Faults,
 }
@@ -134,6 +138,7 @@ impl Plant {
             kept: 0,
             upwards: 0,
             under_way: UnderWay::default(),
+            next_switch: None,
             faults: Faults::default(),
         }
     }
@@ -383,11 +388,59 @@ impl Plant {
         self.pressed(axis, end, slide) != self.machine.switches_low_active
     }
 
+    // --- switches on the way ---
+
+    /// The first clock step of a way after `from` with which a limit switch changes. `active` says
+    /// whether the switch of an end of an axis is active, as the controller sees it.
+    #[must_use]
+    pub fn switch_ahead(
+        &self,
+        way: &Way<'_>,
+        from: u64,
+        active: impl Fn(usize, End, &Slide) -> bool,
+    ) -> Option<u64> {
+        let (low, high) = way.path.extent(way.path.length());
+        let moved = (0..AXES).filter(|axis| low[*axis] != high[*axis]);
+        let with_switches = moved.filter(|axis| self.gear(*axis).edges().next().is_some());
+        let changes = with_switches.filter_map(|axis| {
+            let both = |slide: &Slide| ENDS.map(|end| active(axis, end, slide));
+            let before = both(&self.slide_after(axis, way, from));
+            self.first(axis, way, from, |slide| both(slide) != before)
+        });
+        changes.min()
+    }
+
+    /// The clock step of the running motion with which a limit switch changes next.
+    #[must_use]
+    pub fn next_switch(&self) -> Option<u64> {
+        self.next_switch
+    }
+
+    /// Sets the clock step of the running motion with which a limit switch changes next.
+    pub fn expect_switch(&mut self, step: Option<u64>) {
+        self.next_switch = step;
+    }
+
+    /// Whether this is a state from before the next change of a limit switch was kept.
+    #[must_use]
+    pub fn is_without_next_switch(&self) -> bool {
+        self.next_switch == UNKNOWN
+    }
+
+    /// When a limit switch changes next: on the way of the running segment, up to its end.
+    #[must_use]
+    pub fn switch_due(&self, running: Option<Running<'_>>) -> Option<Time> {
+        let Running { segment, began } = running?;
+        let step = self.next_switch.filter(|step| *step <= segment.profile.steps())?;
+        Some(began.after_nanos(segment.profile.time_of(step)))
+    }
+
     // --- motions ---
 
     /// A motion begins.
     pub fn sets_out(&mut self, segment: &Segment) {
         self.under_way = UnderWay::default();
+        self.next_switch = None;
         self.goes_on(segment, 0);
     }
 
@@ -451,6 +504,7 @@ impl Plant {
     pub fn follow(&mut self, way: &Way<'_>, steps: u64) -> Followed {
         let followed = self.advance(way, steps);
         self.under_way = UnderWay::default();
+        self.next_switch = None;
         followed
     }
 
@@ -685,6 +739,17 @@ impl Plant {
             signal => self.level(signal),
         }
     }
+}
+
+/// The two ends of an axis.
+const ENDS: [End; 2] = [End::Negative, End::Positive];
+
+/// The [next change of a limit switch](Plant::next_switch) in a state from before it was kept: none
+/// comes with step 0.
+const UNKNOWN: Option<u64> = Some(0);
+
+fn unknown() -> Option<u64> {
+    UNKNOWN
 }
 
 /// The farthest that a carriage can be pushed.

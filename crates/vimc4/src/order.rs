@@ -54,7 +54,9 @@ impl Control {
                 self.cancel_all();
                 answer(self.now(), |_| "ok".to_owned())
             }
-            Order::Position => answer(self.view(), |view| position_in_words(&view.axes)),
+            Order::Position => {
+                answer(self.view(), |view| position_in_words(&view.axes, view.activity))
+            }
             Order::Faults => {
                 let (names, faults) = (self.names(), self.faults());
                 Box::pin(async move { Ok(faults_in_words(&faults.await?, &names.await?)) })

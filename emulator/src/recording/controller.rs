@@ -184,10 +184,11 @@ impl Site {
         let [recorded_model, recorded_machine] = &self.recorded;
         let recorded = Site::of(recorded_model, recorded_machine, self.line)?;
         let mut device = recorded.device(&recorded.model, &recorded.machine, b"")?;
+        // A state of an earlier version lacks what the device adds here.
         device.restore(state.clone());
         let image = device.flash_image();
         let fresh = recorded.device(&recorded.model, &recorded.machine, &image);
-        if fresh.is_ok_and(|fresh| fresh.state() == state) {
+        if fresh.is_ok_and(|fresh| fresh.state() == device.state()) {
             let own = self.device(&self.model, &self.machine, &image);
             // Another family keeps nothing that this one could read.
             let own = own.or_else(|_| self.device(&self.model, &self.machine, b""))?;

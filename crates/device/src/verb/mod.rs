@@ -13,7 +13,7 @@ mod order;
 mod panel;
 mod table;
 
-use crate::{AxisView, FaultView, Names, RuleId, RuleView};
+use crate::{Activity, AxisView, FaultView, Names, RuleId, RuleView};
 
 pub use complete::Completion;
 pub use deed::Deed;
@@ -21,11 +21,15 @@ pub use inputs::{DeedError, is_like, settable};
 pub use order::{Order, OrderError};
 pub use table::{Form, Sort, Verb};
 
-/// Where axes are, as people read it: `X 2500 Y 0`.
+/// Where axes are, as people read it: `X 2500 Y 0`; and what must be done before the controller goes
+/// on, if it rests for a reason: `X 2500 Y 0, limit error`.
 #[must_use]
-pub fn position_in_words(axes: &[AxisView]) -> String {
+pub fn position_in_words(axes: &[AxisView], activity: Activity) -> String {
     let axes: Vec<_> = axes.iter().map(|axis| format!("{} {}", axis.name, axis.position)).collect();
-    axes.join(" ")
+    match activity.is_held_up() {
+        true => format!("{}, {activity}", axes.join(" ")),
+        false => axes.join(" "),
+    }
 }
 
 /// The faults that a device has, a line each, as people read them: number, stage, how often it has

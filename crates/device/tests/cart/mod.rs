@@ -211,6 +211,7 @@ impl Device for Cart {
             referenced: true,
             zero: 0,
             speed: 0,
+            limits: [false; 2],
         };
         View {
             at,

@@ -223,6 +223,7 @@ impl Device for Fake {
                 referenced: false,
                 zero: 0,
                 speed: 0,
+                limits: [false; 2],
             }],
             signals: Vec::new(),
             timers: Vec::new(),

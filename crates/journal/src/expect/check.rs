@@ -148,12 +148,8 @@ pub(super) fn condition(condition: &Condition, names: &Names) -> Checked {
     match condition {
         Condition::AxisAt { axis, .. }
         | Condition::AxisBelow { axis, .. }
-        | Condition::AxisAbove { axis, .. } => has_axis(*axis),
-        Condition::Limit { .. } => wrong(format!(
-            "`{}` is not followed, for nothing tells when a motion runs onto a switch; expect what is \
-             answered, as in `answer error`",
-            names.write(condition)
-        )),
+        | Condition::AxisAbove { axis, .. }
+        | Condition::Limit { axis, .. } => has_axis(*axis),
         Condition::Idle => wrong(
             "`idle` is not followed; expect the answer of the last command, or the end of a motion"
                 .to_owned(),

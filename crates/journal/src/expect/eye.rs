@@ -207,8 +207,9 @@ fn changes(condition: &Condition) -> Kinds {
         | Condition::Outside { .. } => Kinds::MOTION,
         Condition::PortBit { .. } => Kinds::and(Kinds::PORT, Kinds::SIGNAL),
         Condition::SignalIs { .. } => Kinds::SIGNAL,
-        // Neither is followed: such expectations are refused.
-        Condition::Limit { .. } | Condition::Idle => Kinds::NONE,
+        Condition::Limit { .. } => Kinds::SWITCH,
+        // It is not followed: such expectations are refused.
+        Condition::Idle => Kinds::NONE,
         // It comes by itself.
         Condition::At(_) => Kinds::NONE,
         happening => happening.kinds(),

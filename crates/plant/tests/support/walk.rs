@@ -12,7 +12,12 @@ pub(crate) struct Walk {
     pub(crate) counter: Point,
     mechanics: [Mechanics; AXES],
     running: Option<(Segment, Time)>,
+    /// The changes of limit switches on the way.
+    changes: Vec<Change>,
 }
+
+/// A change of a limit switch: when, the axis, whether it is the positive one and is active now.
+type Change = (Time, u8, bool, bool);
 
 /// An axis, step by step.
 #[derive(Clone, Copy, Default)]
@@ -62,11 +67,15 @@ impl Walk {
     ) -> Walk {
         let zero = Point::default();
         let mechanics = [Mechanics::default(); AXES];
-        let mut walk = Walk { machine, counter: zero, mechanics, running: None };
+        let mut walk =
+            Walk { machine, counter: zero, mechanics, running: None, changes: Vec::new() };
+        let mut told: Vec<Change> = Vec::new();
         for output in outputs {
-            let Output::Event(Stamp { at: when, .. }, Event::Motion(motion)) = output else {
-                continue;
-            };
+            let Output::Event(Stamp { at: when, .. }, event) = output else { continue };
+            if let Event::Switch { axis, positive, active } = *event {
+                told.push((*when, axis, positive, active));
+            }
+            let Event::Motion(motion) = event else { continue };
             match motion {
                 Motion::Begins { origin, segment } => {
                     assert_eq!(*origin, walk.counter);
@@ -84,6 +93,7 @@ impl Walk {
             }
         }
         assert!(walk.running.is_none(), "a segment never ended");
+        assert_eq!(told, walk.changes, "limit switches");
         walk
     }
 
@@ -131,6 +141,13 @@ impl Walk {
             let is_on = |axis: &Mechanics| axis.pressed != [false; 2];
             let mut axes = before.iter().zip(&self.mechanics);
             on_switch = axes.any(|(before, after)| is_on(after) && !is_on(before));
+            for (axis, (before, after)) in before.iter().zip(&self.mechanics).enumerate() {
+                for (end, active) in after.pressed.into_iter().enumerate() {
+                    if active != before.pressed[end] {
+                        self.changes.push((when, axis as u8, end == 1, active));
+                    }
+                }
+            }
             last = when;
         }
         assert_eq!(walked, steps, "the segment has {total} steps");

@@ -252,7 +252,7 @@ pub fn check<D: Device + Clone>(
 
 /// Fields that states have only since a later version of the program. A state that was written down
 /// without one says nothing about it.
-const LATER: [&str; 1] = ["upwards"];
+const LATER: [&str; 2] = ["upwards", "next_switch"];
 
 /// Compares a recorded state with the present one, after everything that is due at that instant.
 /// Returns what the recorded controller still had to send at that instant.
