@@ -2,7 +2,7 @@
 
 #[cfg(feature = "api")]
 mod afar;
-mod camera;
+pub(crate) mod camera;
 mod interrupts;
 mod opened;
 pub(crate) mod reading;

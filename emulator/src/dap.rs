@@ -1,7 +1,7 @@
 //! `vimc4 dap`: a debug adapter for editors.
 
 mod live;
-mod open;
+pub(crate) mod open;
 mod server;
 
 use std::io::{self, BufReader, Write};

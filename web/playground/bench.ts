@@ -9,6 +9,7 @@ import type { Here } from "./here";
 import { written } from "./link";
 import type { Told } from "./session";
 import { Work, type Piece } from "./work";
+import { seconds } from "../src/words";
 import { tell, type Word } from "./words";
 
 /** Longer addresses are cut by some programs. */
@@ -131,12 +132,14 @@ export class Bench {
         return app.play(film);
       }
       if (kind === "recording") {
-        const { torn, is_whole } = await this.replace<{ torn: number | null; is_whole: boolean }>("/recording", { text });
+        const { torn, is_whole, differs } = await this.replace<{ torn: number | null; is_whole: boolean; differs: number | null }>("/recording", { text });
         this.isOpened = true;
         if (app.film) app.unplay();
         await this.here.meet();
         const missing = isTorn || torn !== null ? tell("torn") : is_whole ? "" : tell("endless");
-        return app.onNotice(`${name}: ${tell("recordingOpen")} ${missing}`.trim(), missing !== "", true);
+        const apart = differs === null ? "" : `${tell("differs")} ${seconds(differs)}.`;
+        const said = [`${name}: ${tell("recordingOpen")}`, missing, apart].filter(Boolean).join(" ");
+        return app.onNotice(said, missing + apart !== "", true);
       }
       if (app.film) {
         app.unplay();

@@ -52,6 +52,7 @@ const TABLE = {
     "It has no end: it was saved from a program that still ran, or that was killed.",
     "Sie hat kein Ende: Sie stammt von einem Programm, das noch lief oder abgebrochen wurde.",
   ],
+  differs: ["The emulation differs from it from", "Die Emulation weicht von ihr ab, ab"],
   recordingOpen: ["A recording: go back and forth in it with the time line.", "Eine Aufzeichnung: Die Zeitachse führt darin vor und zurück."],
   tours: ["Guided tours", "Rundgänge"],
   tour: ["Guided tour", "Rundgang"],

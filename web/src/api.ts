@@ -144,6 +144,22 @@ export interface History extends Moment {
   now: Moment;
   branches: Branch[];
   view?: View;
+  /** Where the emulation differs from the recording that is open. */
+  differences?: Difference[];
+}
+
+/** A place at which the emulation differs from the recording. */
+export interface Difference {
+  branch: number;
+  at: number;
+  /** The line of the recording. */
+  line: number;
+  command: number | null;
+  /** Whether the emulated controller replied; null where a state differs. */
+  replies: boolean | null;
+  recorded: string;
+  emulated: string;
+  text: string;
 }
 
 /** Something that happened. */

@@ -3,6 +3,7 @@
 import { Api, Problem } from "./api";
 import type { About, Breakpoint, Clock, Entry, Fault, MachineProfile, ModelProfile, Rule, Signal, Snapshot, Source, View } from "./api";
 import { Machine } from "./machine";
+import type { Differing } from "./differing";
 import type { Film } from "./film";
 import { Past } from "./past";
 import type { Tale } from "./way";
@@ -47,6 +48,8 @@ export class App {
   private pasts = new Map<number, Past>();
   /** A recording that the page has in it. */
   film: Film | undefined;
+  /** Shows where the recording that is open contradicts the emulation. */
+  differing: Differing | undefined;
   private chosen = 1;
   private isDrawn = true;
   /** The page has said that nobody answers. */
@@ -110,6 +113,14 @@ export class App {
   /** The past of the controller that is looked at. */
   get past(): Tale | undefined {
     return this.film ?? (this.machine && this.pasts.get(this.machine.number));
+  }
+
+  /** Fetches what shows differences, once there are any. */
+  async differ(): Promise<void> {
+    if (this.differing) return;
+    const { Differing } = await import("./differing");
+    this.differing ??= new Differing(this);
+    this.changed();
   }
 
   /** The machine that is shown: as it is, or as it was at the moment that is looked at. */

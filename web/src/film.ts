@@ -1,5 +1,5 @@
 // A recording that the page itself has in it: what happened, and what was seen at many moments of it.
-import type { About, Entry, History, MachineProfile, ModelProfile, Moment, Signal, View } from "./api";
+import type { About, Difference, Entry, History, MachineProfile, ModelProfile, Moment, Signal, View } from "./api";
 import { Machine } from "./machine";
 import { reached, type Tale, type Way } from "./way";
 
@@ -17,6 +17,7 @@ interface Data {
     /** How often somebody went back: what had happened after that moment is not in it. */
     back: number;
     parts: Way["parts"];
+    differences: Difference[] | null;
   };
   entries: Entry[];
   views: [number, unknown][];
@@ -67,7 +68,8 @@ export class Film implements Tale {
     }
     const now = { branch: parts.at(-1)?.branch ?? 0, at: end };
     const branch = { id: now.branch, name: "", why: null, parted: null, first, end };
-    this.history = { open: true, possible: true, first, ...now, now, branches: [branch] };
+    const differences = data.head.differences ?? [];
+    this.history = { open: true, possible: true, first, ...now, now, branches: [branch], differences };
     this.look(first);
   }
 

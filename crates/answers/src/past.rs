@@ -12,6 +12,7 @@ use vimc4_device::{
     CommandNumber, Device, Event, Input, Names, Order, Output, OwnedInput, SignalKind, Time,
     escape, show_nanos,
 };
+use vimc4_timeline::recording::{Mismatch, MismatchKind};
 use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};
 
 use crate::feed::{Feed, Item};
@@ -307,6 +308,36 @@ pub fn moment(Place { branch, moment }: Place) -> Value {
     json!({ "branch": branch, "at": moment.at })
 }
 
+/// Where the emulation differs from the recording that it was opened on: on the way of the present, or
+/// everywhere.
+#[must_use]
+pub fn differences(debugger: &Debugger, is_of_way: bool) -> Value {
+    let way: Vec<&Mismatch> = match is_of_way {
+        true => debugger.differences_on_way().collect(),
+        false => Vec::new(),
+    };
+    let all = debugger.differences().iter();
+    let list = all.filter(|own| !is_of_way || way.contains(&&own.mismatch)).map(|own| {
+        let Mismatch { at, line, command, kind } = &own.mismatch;
+        let [recorded, emulated] = own.mismatch.sides();
+        let replies = match kind {
+            MismatchKind::Reply { emulated, .. } => Some(!emulated.bytes.is_empty()),
+            MismatchKind::State { .. } => None,
+        };
+        json!({
+            "branch": own.branch,
+            "at": at,
+            "line": line,
+            "command": command,
+            "replies": replies,
+            "recorded": recorded,
+            "emulated": emulated,
+            "text": own.mismatch.to_string(),
+        })
+    });
+    list.collect()
+}
+
 /// The past, where the controller itself is `live`, and the moment that is looked at.
 #[must_use]
 pub fn history(debugger: &Debugger, live: Place) -> Value {
@@ -324,13 +355,17 @@ pub fn history(debugger: &Debugger, live: Place) -> Value {
             "end": branch.end.at,
         })
     });
-    json!({
+    let mut past = json!({
         "first": history.branches().next().map(|branch| branch.first.at),
         "at": history.now(),
         "branch": history.heading(),
         "now": moment(live),
         "branches": branches.collect::<Vec<_>>(),
-    })
+    });
+    if !debugger.differences().is_empty() {
+        past["differences"] = differences(debugger, false);
+    }
+    past
 }
 
 /// What was done, for people.

@@ -34,6 +34,8 @@ pub struct Film {
     parts: Vec<Value>,
     /// How often somebody has gone back.
     back: usize,
+    /// Where the emulation differs from the recording.
+    differences: Value,
 }
 
 impl Film {
@@ -59,6 +61,7 @@ impl Film {
             latest: None,
             parts: Vec::new(),
             back: 0,
+            differences: Value::Null,
         };
         film.part(0, now);
         film.see(controller);
@@ -68,6 +71,12 @@ impl Film {
     /// So often somebody has gone back, and what had happened after that moment is not told.
     pub fn went_back(&mut self, times: usize) {
         self.back = times;
+    }
+
+    /// Here the emulation differs from the recording, as
+    /// [`differences`](vimc4_answers::past::differences) tells it.
+    pub fn differs(&mut self, differences: Value) {
+        self.differences = differences;
     }
 
     /// Another branch begins at this time.
@@ -131,6 +140,7 @@ impl Film {
             "every": self.every,
             "back": self.back,
             "parts": self.parts,
+            "differences": self.differences,
         });
         let entries = list(&part.items, &self.names);
         write!(packed, "{{\"head\":{head},\"entries\":[{entries}],\"views\":[")?;

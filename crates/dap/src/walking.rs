@@ -295,8 +295,12 @@ impl Session {
         points.filter(|point| point.on.iter().any(met)).map(|point| point.id).collect()
     }
 
-    /// Reports the notes of breakpoints that only log.
+    /// Reports the notes of breakpoints that only log, and where the recording differs.
     fn tell_notes(&mut self, thread: usize, stop: &Stop) {
+        for difference in &stop.differences {
+            let output = format!("{difference}\n");
+            self.tell("output", json!({ "category": "important", "output": output }));
+        }
         for note in &stop.notes {
             let by = (thread, note.by);
             let point = self.points.all().find(|point| point.on.contains(&by));

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde_json::Value;
 use vimc4_device::{Activity, AxisView, SignalView, Time, TimerView, WaitsFor};
+use vimc4_timeline::recording::Mismatch;
 use vimc4_timeline::{Branch, Place, Usage};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Note};
@@ -66,6 +67,8 @@ pub enum Answer {
     Marks(Vec<(String, Place)>),
     /// The branches, and which one is present.
     Branches(Vec<Branch>, vimc4_timeline::BranchId),
+    /// Where the emulation differs from the recording, and how many more places there are.
+    Differences(Vec<Mismatch>, u64),
     /// How much is kept; and how much of a recording has been read, in thousandths, while there is
     /// more.
     Usage(Usage, Option<u32>),
@@ -214,6 +217,17 @@ impl fmt::Display for Answer {
             Answer::Change(None) => f.write_str("it has not changed; still here"),
             Answer::Change(Some(change)) => write!(f, "{change}"),
             Answer::Parting(parting) => write!(f, "{parting}"),
+            Answer::Differences(list, _) if list.is_empty() => {
+                f.write_str("the emulation does what is recorded, as far as it is read")
+            }
+            Answer::Differences(list, more) => {
+                let mut number = 0;
+                lines(f, list, |f, mismatch| {
+                    number += 1;
+                    write!(f, "{number:>3}  {}  {mismatch}", time(mismatch.at))
+                })?;
+                if *more == 0 { Ok(()) } else { write!(f, "\nand {more} more") }
+            }
             Answer::Marks(marks) if marks.is_empty() => f.write_str("no moment has a name"),
             Answer::Marks(marks) => lines(f, marks, |f, (name, place)| {
                 write!(f, "{:<16} {}", name, time(place.moment.at))

@@ -111,7 +111,7 @@ impl Debugger {
             Follows::Place => {
                 let marks = self.marks().keys().map(|name| plain(name));
                 let branches = self.history().branches().map(|branch| plain(&branch.name));
-                let words = of(&["start", "end", "command", "line"]);
+                let words = of(&["start", "end", "command", "difference", "line"]);
                 words.into_iter().chain(marks).chain(branches).collect()
             }
             Follows::Mark => self.marks().keys().map(|name| plain(name)).collect(),

@@ -10,6 +10,7 @@ use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, T
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
+use crate::differences::Differences;
 use crate::feed::Standing;
 use crate::reel::Unread;
 use crate::walk::is_in_program;
@@ -58,6 +59,8 @@ pub struct Debugger {
     by_hand: BTreeMap<BranchId, Vec<(Moment, CommandNumber)>>,
     /// What is still to be read of a recording.
     pub(crate) unread: Option<Unread>,
+    /// Where that recording contradicts the emulation.
+    pub(crate) differences: Differences,
     pub(crate) breakpoints: Vec<Breakpoint>,
     /// The number of the breakpoint that was made last.
     last_breakpoint: u32,
@@ -87,6 +90,7 @@ impl Debugger {
             feed: None,
             by_hand: BTreeMap::new(),
             unread: None,
+            differences: Differences::default(),
             breakpoints: Vec::new(),
             last_breakpoint: 0,
             marks: BTreeMap::new(),

@@ -20,7 +20,9 @@ use crate::field::is_axis;
 use crate::table::{Directive, TABLE};
 use crate::walk::Walk;
 use crate::why::About;
-use crate::{DebugError, Depth, Expression, Field, Reason, Remedy, Stop, Unit, Way, WhatIf};
+use crate::{
+    DebugError, Depth, Expression, Field, Reason, Remedy, Replies, Stop, Unit, Way, WhatIf,
+};
 
 type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
 
@@ -231,6 +233,20 @@ impl Debugger {
                 self.history_mut().rename(branch, rest);
                 Ok(Answer::Done)
             }
+            "differences" => Ok(Answer::Differences(
+                self.differences().iter().map(|own| own.mismatch.clone()).collect(),
+                self.more_differences(),
+            )),
+            "replies" => match rest {
+                "recorded" | "emulated" => {
+                    self.show_replies(match rest {
+                        "recorded" => Replies::Recorded,
+                        _ => Replies::Emulated,
+                    });
+                    Ok(Answer::Done)
+                }
+                _ => Err(missing()),
+            },
             "usage" => Ok(Answer::Usage(self.history().usage(), self.share_read())),
             "help" => match rest {
                 "" => Ok(self.helped()),
@@ -313,7 +329,7 @@ impl Debugger {
         let wrong = || {
             DebugError::new(format!(
                 "`{place}` is not a place; a time such as 1.5s, +10ms or -10ms is one, `command 12`, `line 7`, \
-                 `start`, `end`, and the name of a bookmark or branch: `marks` and `branches` list them"
+                 `difference 1`, `start`, `end`, and the name of a bookmark or branch: `marks` and `branches` list them"
             ))
         };
         let now = self.now();
@@ -322,6 +338,11 @@ impl Debugger {
         let stop = match (first, rest) {
             ("start", "") => self.go_to(self.start())?,
             ("end", "") => self.go_to_end(progress),
+            ("difference", "") => self.go_to_difference(1, progress)?,
+            ("difference", text) => {
+                let number = usize::try_from(number(text).ok_or_else(wrong)?.get());
+                self.go_to_difference(number.unwrap_or(usize::MAX), progress)?
+            }
             ("command", text) => {
                 let number = CommandNumber(number(text).ok_or_else(wrong)?);
                 self.go_to_command(number, progress)?

@@ -1221,13 +1221,10 @@ impl Debugger {
     }
 
     /// The same, with what went wrong on the way.
-    fn stopped_after(
-        &mut self,
-        why: Reason,
-        notes: Vec<Note>,
-        mut problems: VecDeque<Output>,
-    ) -> Stop {
+    fn stopped_after(&mut self, why: Reason, notes: Vec<Note>, problems: VecDeque<Output>) -> Stop {
         let mut stop = self.stopped(why, notes);
+        let mut problems: VecDeque<Output> =
+            problems.into_iter().map(|problem| self.as_shown(problem)).collect();
         // The last output is reported there.
         problems.retain(|problem| !stop.outputs.contains(problem));
         problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
@@ -1243,6 +1240,9 @@ impl Debugger {
         }
         self.find_by_hand();
         let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
+        let outputs: Vec<Output> =
+            outputs.into_iter().map(|output| self.as_shown(output)).collect();
+        let differences = self.differences_passed();
         let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());
         let (command, problems) = (self.executing(), Vec::new());
@@ -1252,7 +1252,20 @@ impl Debugger {
             _ => Vec::new(),
         };
         let awaits = self.awaited().filter(|_| why == Reason::Rest);
-        Stop { why, place, at, met, command, line, notes, problems, outputs, said, awaits }
+        Stop {
+            why,
+            place,
+            at,
+            met,
+            command,
+            line,
+            notes,
+            problems,
+            differences,
+            outputs,
+            said,
+            awaits,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use vimc4_control::Effect;
 use vimc4_device::{
     CommandNumber, Device, Event, Input, LineState, Output, OwnedInput, Time, escape,
 };
+use vimc4_timeline::recording::Mismatch;
 use vimc4_timeline::{BranchId, History, Place, Progress};
 
 use crate::Source;
@@ -59,9 +60,15 @@ impl Debugger {
         self.unread.as_ref()?.reel.as_ref()?.share()
     }
 
-    /// What people should know of a recording that has been read to its end; told once.
+    /// What people should know of a recording: that the emulation differs from it, as soon as that is
+    /// read, and what is missing at its end. Told once, a line each.
     pub fn notice(&mut self) -> Option<String> {
-        self.unread.as_mut()?.notice.take()
+        let differs = self.news_of_differences();
+        let missing = self.unread.as_mut().and_then(|unread| unread.notice.take());
+        match (differs, missing) {
+            (Some(differs), Some(missing)) => Some(format!("{differs}\n{missing}")),
+            (differs, missing) => differs.or(missing),
+        }
     }
 
     /// Reads on, at most this many entries or as long as `progress` allows. The present stays. A
@@ -72,7 +79,7 @@ impl Debugger {
             return unread.failure.clone().map_or(Read::All, Read::Broken);
         };
         let branch = unread.branch;
-        let mut reading = Reading { commands: Vec::new(), marks: Vec::new() };
+        let mut reading = Reading::default();
         let (read, knows_more, tip) = self.history.at_end(branch, |history| {
             for count in 1..=most {
                 let read = match reel.next() {
@@ -92,7 +99,11 @@ impl Debugger {
             }
             (Read::More, true, history.heading())
         });
+        let mismatches = std::mem::take(&mut reading.mismatches);
         self.keep(reading, tip);
+        for (branch, mismatch) in mismatches {
+            self.add_mismatch_on(branch, mismatch);
+        }
         if let Some(unread) = &mut self.unread {
             match &read {
                 Read::More | Read::Cancelled => unread.reel = Some(reel),
@@ -277,10 +288,13 @@ struct Seen {
 }
 
 /// What is found out while a recording is read.
+#[derive(Default)]
 struct Reading {
     /// The commands that began, and how they were sent.
     commands: Vec<(CommandNumber, String)>,
     marks: Vec<(String, Place)>,
+    /// Where the emulation differs, and on which branch.
+    mismatches: Vec<(BranchId, Mismatch)>,
 }
 
 impl Reading {
@@ -294,6 +308,7 @@ impl Reading {
             }
             Recorded::Put(by, state) => history.put_back(format!("put by {by}"), *state),
             Recorded::Mark(name) => self.marks.push((name, history.present())),
+            Recorded::Differs(mismatch) => self.mismatches.push((history.heading(), mismatch)),
             Recorded::Passed => {}
         }
         for output in history.drain() {

@@ -10,6 +10,7 @@ use std::fmt;
 use vimc4_catalogue::State;
 use vimc4_device::{CommandNumber, LineState, OwnedInput, Time};
 use vimc4_timeline::BranchId;
+use vimc4_timeline::recording::Mismatch;
 
 /// A source of recorded entries, one after the other; implemented by the code that has the file.
 pub trait Reel {
@@ -40,6 +41,8 @@ pub enum Recorded {
     Put(String, Box<LineState<State>>),
     /// The moment got a name.
     Mark(String),
+    /// The emulation differs from what was recorded before.
+    Differs(Mismatch),
     /// Time has passed up to then.
     Passed,
 }

@@ -26,6 +26,8 @@ pub struct Stop {
     pub notes: Vec<Note>,
     /// The last error answers and warnings on the way before that.
     pub problems: Vec<Output>,
+    /// Where the emulation differs from the recording on the way, one line each.
+    pub differences: Vec<String>,
     /// The output of the act at which the walk ended.
     pub outputs: Vec<Output>,
     /// The same for people, one line each.
@@ -177,6 +179,9 @@ impl fmt::Display for Stop {
                 _ => self.at,
             };
             writeln!(f, "{}  {}", time(at), Said(problem))?;
+        }
+        for difference in &self.differences {
+            writeln!(f, "{difference}")?;
         }
         write!(f, "{}  ", time(self.at))?;
         if !self.met.is_empty() {

@@ -218,7 +218,7 @@ pub static TABLE: &[Directive] = &[
         arguments: "PLACE",
         about: "go to a place of the history",
         more: "PLACE is a time such as 1.5s, +10ms or -10ms from here, `command 12`, `line 7` of the \
-               file, `start`, `end`, or the name of a bookmark or branch (to its end). What a file \
+               file, `difference 1`, `start`, `end`, or the name of a bookmark or branch (to its end). What a file \
                has not sent by then is sent on the way. A time beyond the end leads to where nothing \
                more happens by itself; `step 1s` lets time pass there.",
         example: "goto command 12",
@@ -530,6 +530,26 @@ pub static TABLE: &[Directive] = &[
         example: "rename stopped earlier",
         group: Group::History,
         follows: Follows::Nothing,
+    },
+    Directive {
+        name: "differences",
+        short: None,
+        arguments: "",
+        about: "list where the emulation differs from the recording",
+        more: "`goto difference 2` goes to one of them.",
+        example: "differences",
+        group: Group::History,
+        follows: Follows::Nothing,
+    },
+    Directive {
+        name: "replies",
+        short: None,
+        arguments: "recorded|emulated",
+        about: "where the two differ, show the recorded or the emulated replies",
+        more: "Emulated replies are shown unless you say otherwise.",
+        example: "replies recorded",
+        group: Group::History,
+        follows: Follows::Words(&["recorded", "emulated"]),
     },
     Directive {
         name: "usage",

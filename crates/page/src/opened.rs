@@ -9,7 +9,7 @@ use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
 use vimc4_control::{Clock, Source};
 use vimc4_device::{Device, Line, LineState, Names, OtherController};
-use vimc4_timeline::recording::{LineSort, Recording, What};
+use vimc4_timeline::recording::{Comparison, LineSort, Player, Recording, Tolerance, What};
 
 use crate::live::Live;
 use crate::served::Served;
@@ -41,7 +41,7 @@ fn state_of(own: &State, line: u32, written: &Value) -> Result<LineState<State>,
 
 /// The controller of a recording, with all that happened to it, at its end: its time stands still.
 /// Beside it, what is missing of the recording: the number of the line that was torn off, and whether
-/// it has its end.
+/// it has its end; and from when on the emulation differs from it, if it does.
 pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     let Text { text } = serde_json::from_str(content).map_err(|error| {
         let detail = format!("the recording is not there: {error}");
@@ -57,9 +57,16 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         LineSort::Paced => Line::paced(controller),
     };
     let own = line.state().device;
+    let player = Player::new(line.clone()).without_meanings();
+    let mut comparison = Comparison::new(player, Tolerance::of(head));
+    let read = |written: &Value| {
+        serde_json::from_value::<LineState<State>>(written.clone())
+            .map_err(|error| error.to_string())
+    };
     let mut entries = recording.entries.iter().peekable();
     // It begins with a state; without one, as a controller that was just switched on.
     while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
+        comparison.read(entry, &read, &mut |_| {}).map_err(|error| wrong(error.to_string()))?;
         if let What::State { state, .. } = &entry.what {
             line.restore(state_of(&own, entry.line, state)?);
             break;
@@ -76,6 +83,8 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     // While it was led cause by cause, it was told where it stood.
     let mut is_led = false;
     for entry in entries {
+        comparison.read(entry, &read, &mut |_| {}).map_err(|error| wrong(error.to_string()))?;
+        comparison.take_mismatches().for_each(|found| live.line.debugger.add_mismatch(found));
         let is_ahead = entry.at > live.now();
         match &entry.what {
             What::Given { by, given } => {
@@ -105,6 +114,10 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
             _ => {}
         }
     }
+    comparison.finish();
+    comparison.take_mismatches().for_each(|found| live.line.debugger.add_mismatch(found));
+    let differs = live.line.debugger.differences().first().map(|first| first.mismatch.at);
     live.pause(Source::Controls("the end of the recording".into()));
-    Ok((served, json!({ "torn": recording.torn, "is_whole": recording.is_whole() })))
+    let is_whole = recording.is_whole();
+    Ok((served, json!({ "torn": recording.torn, "is_whole": is_whole, "differs": differs })))
 }

@@ -86,7 +86,7 @@ pub(crate) fn history(desk: &mut Desk, call: &Call) -> Outcome {
     let debugger = served.debugger();
     let (now, heading) = (debugger.now(), debugger.history().heading());
     let first = debugger.history().branches().next().map(|branch| branch.first.at);
-    Answer::json(&json!({
+    let mut history = json!({
         "open": false,
         "possible": true,
         "first": first,
@@ -94,7 +94,11 @@ pub(crate) fn history(desk: &mut Desk, call: &Call) -> Outcome {
         "branch": heading,
         "now": { "branch": heading, "at": now },
         "branches": [],
-    }))
+    });
+    if !debugger.differences().is_empty() {
+        history["differences"] = past::differences(debugger, false);
+    }
+    Answer::json(&history)
 }
 
 pub(crate) fn go(desk: &mut Desk, call: &Call) -> Outcome {

@@ -2,6 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot read an answer has failed")]
 
+#[path = "../../timeline/tests/changed/mod.rs"]
+mod changed;
+
 use serde_json::{Value, json};
 use vimc4_answers::table::ROUTES;
 use vimc4_catalogue::bare;
@@ -155,7 +158,7 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
     let Value::String(text) = ask("GET", "recording", Value::Null) else { panic!("no text") };
     let mut other = Desk::new();
     let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &json!({ "text": text }));
-    assert_eq!((status, answer), (200, json!({ "torn": null, "is_whole": true })));
+    assert_eq!((status, answer), (200, json!({ "torn": null, "is_whole": true, "differs": null })));
     let again = asked(&mut other, "GET", "/v1/controllers/1/view", &Value::Null).1;
     assert_eq!(again, view);
     // Whoever goes on from there sees time pass, although it had been moved on by hand.
@@ -164,7 +167,10 @@ fn a_recording_of_a_session_with_steps_is_played_again() {
     let lines = text.lines().count();
     let half = json!({ "text": &text[..text.len() - 5] });
     let (status, answer) = asked(&mut other, "PUT", "/v1/recording", &half);
-    assert_eq!((status, answer), (200, json!({ "torn": lines, "is_whole": false })));
+    assert_eq!(
+        (status, answer),
+        (200, json!({ "torn": lines, "is_whole": false, "differs": null }))
+    );
 }
 
 #[test]
@@ -642,4 +648,33 @@ fn a_search_for_nothing_begins_no_branch() {
         asked(&mut desk, "POST", "/v1/controllers/1/debugger", &json!({ "line": "put x 5" }));
     assert_eq!((status, &refused["detail"]), (422, &json!("`put x 5` has no `=`")));
     assert_eq!(refused["remedy"], "`put x = 5` is probably meant");
+}
+
+#[test]
+fn a_recording_that_contradicts_the_emulation_is_opened_as_one() {
+    for text in [
+        include_str!("../../../examples/overlooked.jsonl"),
+        include_str!("../../../examples/limit.jsonl"),
+    ] {
+        let recording = Recording::read(text.as_bytes()).unwrap();
+        let mut desk = Desk::new();
+        let (status, opened) = asked(&mut desk, "PUT", "/v1/recording", &json!({ "text": text }));
+        assert_eq!((status, &opened["differs"]), (200, &Value::Null), "{opened}");
+        let history = done(&mut desk)("GET", "history", Value::Null);
+        assert_eq!(history["differences"], Value::Null);
+        for number in 0..100 {
+            let (changed, what) = changed::changed(&recording, number);
+            let text = String::from_utf8(changed.write()).unwrap();
+            let body = json!({ "text": text });
+            let (status, opened) = asked(&mut desk, "PUT", "/v1/recording", &body);
+            assert_eq!(status, 200, "{what}: {opened}");
+            let history = done(&mut desk)("GET", "history", Value::Null);
+            let first = &history["differences"][0];
+            assert!(opened["differs"].is_u64(), "{what}: {opened}");
+            assert_eq!(first["at"], opened["differs"], "{what}: {history}");
+            // While the past is looked at, too.
+            let history = done(&mut desk)("POST", "history/go", json!({ "at": 0 }));
+            assert_eq!(&history["differences"][0], first, "{what}: {history}");
+        }
+    }
 }

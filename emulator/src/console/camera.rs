@@ -5,10 +5,11 @@ use std::ops::ControlFlow;
 
 use vimc4_catalogue::isel::ProgramStatus;
 use vimc4_catalogue::{Controller, Details, Machine};
-use vimc4_debug::{Debugger, Listing, Wired};
+use vimc4_debug::{Debugger, Listing, Replies, Wired};
 use vimc4_device::{
     AXES, Device, Event, Motion, Output, Path, Point, Segment, Stamp, Time, View, escape,
 };
+use vimc4_timeline::recording::MismatchKind;
 use vimc4_timeline::{Act, Found, Moment, Place, Sought, Stretch};
 
 use super::screen::{Picture, Side, Stroke, Talk, TimeLine};
@@ -25,8 +26,9 @@ const POINTS: u64 = 64;
 /// What has happened around a moment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Around {
-    /// For which it was gathered: the present, and the end of the branch.
-    at: Option<(Place, Moment)>,
+    /// For which it was gathered: the present, the end of the branch, the replies that are shown and
+    /// the number of differences.
+    at: Option<(Place, Moment, Replies, usize)>,
     pub(crate) talk: Vec<Talk>,
     pub(crate) strokes: Vec<Stroke>,
 }
@@ -40,10 +42,11 @@ impl Around {
         let end = branches.find(|branch| branch.id == heading).map(|branch| branch.end);
         drop(branches);
         let Some(end) = end else { return };
-        if self.at == Some((place, end)) {
+        let at = (place, end, debugger.shown_replies(), debugger.differences().len());
+        if self.at == Some(at) {
             return;
         }
-        self.at = Some((place, end));
+        self.at = Some(at);
         let never = &mut |_: Time| ControlFlow::Continue(());
         let mut before = Gather::default();
         let history = debugger.history_mut();
@@ -60,8 +63,42 @@ impl Around {
         let before: Vec<Told> = before.stretches.into_iter().rev().flatten().collect();
         self.talk = before.iter().rev().filter_map(|told| talk(device, told)).take(LINES).collect();
         self.talk.reverse();
+        self.show_differences(debugger);
         let behind = behind.stretches.into_iter().flatten();
         self.strokes = strokes(machine, before.iter().cloned().chain(behind));
+    }
+}
+
+impl Around {
+    /// Marks replies that differ from the recording, and shows the recorded ones if those are wanted.
+    fn show_differences(&mut self, debugger: &Debugger) {
+        let shows_recorded = debugger.shown_replies() == Replies::Recorded;
+        let first = self.talk.first().map_or(Time::NEVER, |talk| talk.at);
+        let now = debugger.now();
+        for mismatch in debugger.differences_on_way() {
+            let MismatchKind::Reply { recorded, emulated } = &mismatch.kind else { continue };
+            let [said, others] = match shows_recorded {
+                true => [recorded, emulated],
+                false => [emulated, recorded],
+            };
+            let other = if shows_recorded { "emulated" } else { "recorded" };
+            let at = said.last.or(others.last).unwrap_or(mismatch.at);
+            if at < first || at > now {
+                continue;
+            }
+            let meaning = format!("differs: {other} {others}");
+            let text = said.to_string();
+            let shown = Talk { at, side: Side::Problem, text, meaning, replies_to: None };
+            let is_own =
+                |talk: &Talk| talk.replies_to.is_some() && talk.replies_to == mismatch.command;
+            match self.talk.iter().rposition(is_own).filter(|_| !emulated.bytes.is_empty()) {
+                Some(place) => self.talk[place] = shown,
+                None => {
+                    let place = self.talk.partition_point(|talk| talk.at <= at);
+                    self.talk.insert(place, shown);
+                }
+            }
+        }
     }
 }
 
@@ -171,7 +208,11 @@ fn talk(device: &Controller, Told { stamp, event, meaning, .. }: &Told) -> Optio
         Event::Warning(warning) => (Side::Problem, "warning".to_owned(), warning.to_string()),
         _ => return None,
     };
-    Some(Talk { at: stamp.at, side, text, meaning })
+    let replies_to = match event {
+        Event::Answer { .. } => stamp.command,
+        _ => None,
+    };
+    Some(Talk { at: stamp.at, side, text, meaning, replies_to })
 }
 
 /// The motions as they are drawn: the ways of the carriages, wherever the counters count from.
@@ -248,6 +289,7 @@ pub(crate) fn time_line(debugger: &Debugger) -> TimeLine {
         branches: branches.len(),
         snapshots: history.snapshots(heading).map(|moment| moment.at).collect(),
         partings: partings.map(|place| place.moment.at).collect(),
+        differences: debugger.differences_on_way().map(|own| own.at).collect(),
         marks: debugger
             .marks()
             .iter()

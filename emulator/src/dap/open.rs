@@ -264,7 +264,11 @@ fn absolute(path: &Path) -> String {
 
 /// It is read on as somebody comes to its end, and while nothing is asked.
 fn of_recording(path: &Path) -> Result<Opened, Refusal> {
-    let opened = history::open(path, Commands::Listed).map_err(refused)?;
+    Ok(recorded(history::open(path, Commands::Listed).map_err(refused)?))
+}
+
+/// A recording for an editor.
+pub(crate) fn recorded(opened: history::Opened) -> Opened {
     let history::Opened { mut debugger, model, machine, controller, .. } = opened;
     debugger.stay_within(true);
     let said = debugger.notice().unwrap_or_default();
@@ -273,7 +277,7 @@ fn of_recording(path: &Path) -> Result<Opened, Refusal> {
         controller => controller.to_owned(),
     };
     // Between the lines of a program there are commands, and the other way round.
-    Ok(Opened {
+    Opened {
         name,
         debugger,
         stored: Vec::new(),
@@ -281,5 +285,5 @@ fn of_recording(path: &Path) -> Result<Opened, Refusal> {
         statement: Unit::Line,
         live: None,
         said,
-    })
+    }
 }

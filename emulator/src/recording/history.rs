@@ -1,6 +1,7 @@
 //! A recording as a history, to be gone through forward and back.
 
 use std::cell::Cell;
+use std::collections::VecDeque;
 use std::io::Read as _;
 use std::path::Path;
 use std::rc::Rc;
@@ -11,9 +12,9 @@ use vimc4_catalogue::{Machine, Model, State};
 use vimc4_debug::{Debugger, Recorded, Reel, uninterrupted};
 use vimc4_device::{Device, LineState, Names, OwnedInput, Time};
 use vimc4_timeline::History;
-use vimc4_timeline::recording::{Entry, Given, What};
+use vimc4_timeline::recording::{Comparison, Entry, Given, Tolerance, What};
 
-use super::controller::Site;
+use super::controller::{PlayedDevice, Site};
 use super::file::{Lines, Share, torn_off};
 use crate::failure::Failure;
 use crate::text;
@@ -89,23 +90,31 @@ pub(crate) fn no_recording(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// If it is not a recording, or none of a controller that is at hand here, or something is wrong at
 /// its beginning. Problems further down are reported when they are reached.
 pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
-    let mut lines = Lines::open(path)?;
+    let lines = Lines::open(path)?;
     let head = lines.reader().head().clone();
     let site = Site::of_head(&head).map_err(|error| lines.unplayable(1, error))?;
     let mut line = site.fresh()?;
     let names = Names::of(&line);
-    let mut first = lines.next()?;
-    // It begins with a state; without one, as a controller that was just switched on.
-    while let Some(entry) = first.take_if(|entry| !matches!(entry.what, What::Given { .. })) {
-        if let What::State { state, .. } = &entry.what {
-            line.restore(state_of(&lines, &site, &entry, state)?);
-            break;
-        }
-        first = lines.next()?;
-    }
     let (model, machine) = (site.model.clone(), Arc::clone(&site.machine));
     let (failure, share) = (Rc::new(Cell::new(None)), lines.share().clone());
-    let tape = Tape { lines, site, names, first, failure: Rc::clone(&failure) };
+    let player = site.player()?.without_meanings();
+    let comparison = Comparison::new(player, Tolerance::of(&head));
+    let queue = VecDeque::new();
+    let mut tape =
+        Tape { lines, site, names, queue, comparison, is_over: false, failure: failure.clone() };
+    let mut first = tape.lines.next()?;
+    // It begins with a state; without one, as a controller that was just switched on.
+    while let Some(entry) = first.take_if(|entry| !matches!(entry.what, What::Given { .. })) {
+        tape.compare(&entry)?;
+        if let What::State { state, .. } = &entry.what {
+            line.restore(state_of(&tape.lines, &tape.site, &entry, state)?);
+            break;
+        }
+        first = tape.lines.next()?;
+    }
+    if let Some(first) = first {
+        tape.take(&first)?;
+    }
     let mut debugger = Debugger::over(History::new(line)).with_reel(Box::new(tape));
     if commands == Commands::Listed {
         debugger.list_commands(format!("commands of {}", text::name(path)));
@@ -122,8 +131,12 @@ struct Tape {
     lines: Lines,
     site: Site,
     names: Names,
-    /// What was read to find the beginning.
-    first: Option<Entry>,
+    /// What was read and is not handed out yet.
+    queue: VecDeque<(Time, Recorded)>,
+    /// Compares what is read with a controller of its own.
+    comparison: Comparison<PlayedDevice>,
+    /// Everything is read.
+    is_over: bool,
     /// What was wrong, for a caller that can show the place.
     failure: Rc<Cell<Option<Failure>>>,
 }
@@ -149,25 +162,55 @@ impl Reel for Tape {
 impl Tape {
     fn following(&mut self) -> Result<Option<(Time, Recorded)>, Failure> {
         loop {
-            let next = match self.first.take() {
-                Some(first) => Some(first),
-                None => self.lines.next()?,
-            };
-            let Some(entry) = next else { return Ok(None) };
-            let recorded = match &entry.what {
-                What::Given { given, .. } => self.given(&entry, given)?,
-                What::State { by: Some(by), state } => {
-                    let state = state_of(&self.lines, &self.site, &entry, state)?;
-                    Recorded::Put(by.to_string(), Box::new(state))
+            if let Some(next) = self.queue.pop_front() {
+                return Ok(Some(next));
+            }
+            if self.is_over {
+                return Ok(None);
+            }
+            match self.lines.next()? {
+                Some(entry) => self.take(&entry)?,
+                None => {
+                    self.is_over = true;
+                    self.comparison.finish();
+                    self.tell_mismatches();
                 }
-                What::Mark(name) => Recorded::Mark(name.clone()),
-                What::Sent(_) | What::End(_) => Recorded::Passed,
-                What::State { by: None, .. } | What::Stands(_) | What::Goes | What::News(_) => {
-                    continue;
-                }
-            };
-            return Ok(Some((entry.at, recorded)));
+            }
         }
+    }
+
+    /// Compares an entry, and has what it means for the history handed out.
+    fn take(&mut self, entry: &Entry) -> Result<(), Failure> {
+        self.compare(entry)?;
+        let recorded = match &entry.what {
+            What::Given { given, .. } => self.given(entry, given)?,
+            What::State { by: Some(by), state } => {
+                let state = state_of(&self.lines, &self.site, entry, state)?;
+                Recorded::Put(by.to_string(), Box::new(state))
+            }
+            What::Mark(name) => Recorded::Mark(name.clone()),
+            What::Sent(_) | What::End(_) => Recorded::Passed,
+            What::State { by: None, .. } | What::Stands(_) | What::Goes | What::News(_) => {
+                return Ok(());
+            }
+        };
+        self.queue.push_back((entry.at, recorded));
+        Ok(())
+    }
+
+    fn compare(&mut self, entry: &Entry) -> Result<(), Failure> {
+        let Tape { lines, site, comparison, .. } = self;
+        comparison
+            .read(entry, &|state| site.read(state), &mut |_| {})
+            .map_err(|error| lines.unplayable(entry.line, error))?;
+        self.tell_mismatches();
+        Ok(())
+    }
+
+    /// No time passes with a mismatch, which is found out only after it.
+    fn tell_mismatches(&mut self) {
+        let found = self.comparison.take_mismatches();
+        self.queue.extend(found.map(|mismatch| (Time::ZERO, Recorded::Differs(mismatch))));
     }
 
     fn given(&self, entry: &Entry, given: &Given) -> Result<Recorded, Failure> {

@@ -13,6 +13,8 @@ pub(crate) mod less;
 pub(crate) mod page;
 pub(crate) mod replay;
 pub(crate) mod tap;
+#[cfg(test)]
+mod tests;
 
 use std::panic::{self, UnwindSafe};
 

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 
-use vimc4_answers::past::{has_come_to, report};
+use vimc4_answers::past::{differences, has_come_to, report};
 use vimc4_api::Film;
 use vimc4_debug::{Read, uninterrupted};
 use vimc4_device::Time;
@@ -33,6 +33,11 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
         return Err(Failure::midway(why));
     }
+    let differences = differences(&debugger, true);
+    if let Some(first) = debugger.differences().first() {
+        // Whoever closed standard error does not want to know.
+        let _ = writeln!(io::stderr(), "{}", first.mismatch.summary());
+    }
     let history = debugger.history_mut();
     let branches: BTreeMap<BranchId, _> =
         history.branches().map(|branch| (branch.id, branch)).collect();
@@ -49,6 +54,7 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     let title = text::name(recording.file_name().map_or(recording, Path::new));
     let mut film = Film::new(&title, &model, &machine, history.device().device());
     film.went_back(branches.len() - 1);
+    film.differs(differences);
     while !has_come_to(history.present(), end) && history.find_next(Time::NEVER, |_, _, _| true) {
         if history.present().branch != branch {
             branch = history.present().branch;

@@ -315,6 +315,14 @@ fn report(
         }
         None => said += &format!("equal: {compared}, each within the tolerance\n"),
         Some(difference) => {
+            if let Some(at) = difference.at() {
+                let millis = at.as_nanos() / 1_000_000;
+                said += &format!(
+                    "The emulation differs from the recording from {}.{:03} s on.\n",
+                    millis / 1_000,
+                    millis % 1_000
+                );
+            }
             said += &card(difference, names);
             for cause in causes.unwrap_or_default() {
                 said += &format!("{cause} would explain it\n");

@@ -50,6 +50,8 @@ export function log(app: App): Part {
   /** The entries that are shown: those of another session are others, under the same numbers. */
   let of: Entry[] | null = null;
   let edition = -1;
+  /** Which replies are shown where a recording differs. */
+  let shown: string | undefined;
   let taken = 0;
   let matches: Entry[] = [];
   let limit = PAGE;
@@ -90,6 +92,7 @@ export function log(app: App): Part {
       h("span", { class: "sign", attrs: { role: "img", "aria-label": translated(entry.kind) } }, left ? "↩" : SIGNS[entry.kind] ?? "·"),
       left ? h("span", { class: "text" }, say("leftHere")) : h("span", { class: "text", lang: "en" }, entry.text!));
     element.append(button);
+    if (!left) app.differing?.row(entry, button.lastElementChild as HTMLElement);
     return element;
   };
 
@@ -150,6 +153,11 @@ export function log(app: App): Part {
       earlier, list, count, language() !== "en" && h("p", { class: "note" }, say("inEnglish")),
       h("form", { class: "bar", onsubmit: send }, line, h("button", { type: "submit", attrs: { "data-once": "" } }, say("send"))), meaning),
     show(machine: Machine) {
+      const replies = app.differing && `${app.differing.isRecorded} ${app.past?.history?.differences?.length}`;
+      if (replies !== shown) {
+        shown = replies;
+        return again();
+      }
       const lastKnown = taken > 0 ? machine.entries.findLastIndex((entry) => entry.number <= taken) : -1;
       if (machine.entries !== of || (taken > 0 && lastKnown < 0)) {
         of = machine.entries;

@@ -42,6 +42,13 @@ export function timeline(app: App): Part {
   const rows = new Rebuilt(list);
   const element = card("timeline", say("timeline"), canvas, range,
     h("div", { class: "bar" }, status, previous, next, back, take, leave), list);
+  const differing = () => {
+    if (!past()?.history?.differences?.length && !app.differing) return undefined;
+    void app.differ();
+    if (app.differing && !app.differing.element.isConnected) list.before(app.differing.element);
+    app.differing?.show();
+    return app.differing;
+  };
 
   let isHeld = false;
   let first = 0;
@@ -132,6 +139,7 @@ export function timeline(app: App): Part {
         }
       }
     }
+    app.differing?.draw(context, colour("--alarm"), x, (id) => y(Math.max(0, lanes.findIndex(({ branch }) => branch?.id === id))));
     if (!history?.open) return;
     const lane = lanes.findIndex(({ branch }) => branch?.id === history.branch);
     context.fillStyle = colour("--tool");
@@ -166,6 +174,7 @@ export function timeline(app: App): Part {
       const on = branches.find(({ id }) => id === history?.branch);
       mark(range, "aria-valuetext", `${seconds(looked)}${on ? `, ${on.name}` : ""}`);
       const isNow = past.isNow;
+      const differs = differing();
       const left = app.film && live.missing > 0 ? ` · ${figure(live.missing)} ${say("leftOut")}` : "";
       const gone = app.film?.back ? ` · ${figure(app.film.back)} ${say("wentBack")}` : "";
       if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}${gone}`);
@@ -193,7 +202,7 @@ export function timeline(app: App): Part {
       // The present moves all the time; what is drawn of it less than half a pixel is not drawn.
       const width = Math.round(2 * canvas.clientWidth * Math.log(last - first));
       const key = [first, width, isOpen ? looked : "", lanes.length, live.entries.at(-1)?.number, canvas.clientWidth,
-        getComputedStyle(canvas).color, ...lanes.map(({ entries }) => entries.length)].join();
+        getComputedStyle(canvas).color, differs && history?.differences?.length, ...lanes.map(({ entries }) => entries.length)].join();
       mark(element, "data-marks", String(lanes.reduce((sum, { entries }) => sum + entries.filter(sortOf).length, 0)));
       if (key === drawn) return;
       drawn = key;

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use serde_json::Value;
 use vimc4_device::{Device, Time};
 
-use super::entry::{Entry, What};
+use super::comparison::{Comparison, PAUSE, Reply};
+use super::entry::{Entry, Head, WALL, What};
 use super::play::{Player, StateError, Told, exchange};
 use super::read::Recording;
 
@@ -17,6 +18,18 @@ pub enum Tolerance {
     /// Up to this many nanoseconds earlier or later; at least a hundredth of the time since the
     /// last input.
     Nanos(u64),
+}
+
+impl Tolerance {
+    /// How exactly the times of a recording are compared where nobody says otherwise: those of a
+    /// real controller within 50 ms.
+    #[must_use]
+    pub fn of(head: &Head) -> Tolerance {
+        match head.clock.as_str() {
+            WALL => Tolerance::Nanos(50_000_000),
+            _ => Tolerance::Exact,
+        }
+    }
 }
 
 /// A byte that came out.
@@ -82,6 +95,15 @@ pub struct Difference {
     pub other: Side,
 }
 
+impl Difference {
+    /// From when on the two differ.
+    #[must_use]
+    pub fn at(&self) -> Option<Time> {
+        let said = self.said.iter().flat_map(|said| [said.one, said.other]).flatten();
+        said.map(|said| said.at).chain(self.field.as_ref().map(|field| field.at)).min()
+    }
+}
+
 /// Where the two differ, and how far they were equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
@@ -111,22 +133,65 @@ pub struct SoFar<'a> {
 }
 
 /// Reads a state, or says why it cannot be read.
-type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State, String>;
+pub(super) type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State, String>;
 
-/// The bytes of one side that the other has not sent yet.
-#[derive(Default)]
-struct Count {
-    equal: u64,
-    found: Option<SaidDifference>,
+/// Compares the bytes of two sides as they come.
+#[derive(Debug, Default)]
+pub(super) struct Count {
+    /// How many bytes were equal before the first difference.
+    pub(super) equal: u64,
+    pub(super) found: Option<SaidDifference>,
+    /// The equal bytes at the end of what was compared, on either side, as far as they are one reply.
+    pub(super) reply: [Reply; 2],
 }
 
+type Bytes = VecDeque<(Time, u8)>;
+
 impl Count {
-    /// Compares what both have sent. With `over` nothing more will come, so anything that only one
-    /// of them sent is a difference.
+    /// Takes equal bytes from the fronts of both sides, and says whether the next ones differ.
+    /// `missing` says whether a side is complete up to the time of a byte that only the other has.
+    pub(super) fn differs(
+        &mut self,
+        one: &mut Bytes,
+        other: &mut Bytes,
+        agree: impl Fn(Time, Time) -> bool,
+        missing: impl Fn(usize, Time) -> bool,
+    ) -> bool {
+        loop {
+            match (one.front().copied(), other.front().copied()) {
+                (Some(a), Some(b)) if a.1 != b.1 || !agree(a.0, b.0) => return true,
+                (Some(a), Some(b)) => {
+                    one.pop_front();
+                    other.pop_front();
+                    self.equal += u64::from(self.found.is_none());
+                    let [mine, others] = &mut self.reply;
+                    if mine.last.is_some_and(|last| a.0 > last.after_nanos(PAUSE)) {
+                        (*mine, *others) = Default::default();
+                    }
+                    mine.push(a);
+                    others.push(b);
+                }
+                (Some(a), None) => return missing(1, a.0),
+                (None, Some(b)) => return missing(0, b.0),
+                (None, None) => return false,
+            }
+        }
+    }
+
+    /// The difference at the fronts of both sides.
+    pub(super) fn difference(&self, one: &Bytes, other: &Bytes) -> SaidDifference {
+        let said = |side: &Bytes| side.front().map(|&(at, byte)| Said { at, byte });
+        let rest = [one, other].map(|side| side.iter().map(|said| said.1).take(40).collect());
+        let before = self.equal;
+        SaidDifference { before, one: said(one), other: said(other), rest, line: 0, command: None }
+    }
+
+    /// Compares what both have sent up to the first difference. `missing` says which side will send
+    /// nothing more.
     fn compare(
         &mut self,
-        one: &mut VecDeque<(Time, u8)>,
-        other: &mut VecDeque<(Time, u8)>,
+        one: &mut Bytes,
+        other: &mut Bytes,
         agree: impl Fn(Time, Time) -> bool,
         missing: [bool; 2],
     ) -> bool {
@@ -135,34 +200,9 @@ impl Count {
             other.clear();
             return false;
         }
-        loop {
-            let said = |side: Option<&(Time, u8)>| side.map(|&(at, byte)| Said { at, byte });
-            let differs = match (said(one.front()), said(other.front())) {
-                (Some(a), Some(b)) => a.byte != b.byte || !agree(a.at, b.at),
-                (Some(_), None) => missing[1],
-                (None, Some(_)) => missing[0],
-                (None, None) => false,
-            };
-            if differs {
-                let rest =
-                    [&*one, &*other].map(|side| side.iter().map(|said| said.1).take(40).collect());
-                self.found = Some(SaidDifference {
-                    before: self.equal,
-                    one: said(one.front()),
-                    other: said(other.front()),
-                    rest,
-                    line: 0,
-                    command: None,
-                });
-                return true;
-            }
-            if one.is_empty() || other.is_empty() {
-                return false;
-            }
-            one.pop_front();
-            other.pop_front();
-            self.equal += 1;
-        }
+        let differs = self.differs(one, other, agree, |side, _| missing[side]);
+        self.found = differs.then(|| self.difference(one, other));
+        differs
     }
 }
 
@@ -175,79 +215,20 @@ impl Count {
 /// If a recorded state cannot be read.
 pub fn check<D: Device + Clone>(
     recording: &Recording,
-    mut player: Player<D>,
+    player: Player<D>,
     tolerance: Tolerance,
     state: Read<'_, D>,
     seen: &mut dyn FnMut(SoFar<'_>),
 ) -> Result<Divergence, StateError> {
-    let mut recorded = VecDeque::new();
-    let (mut count, mut field, mut other) = (Count::default(), None, None);
-    let (mut inputs, mut given_at) = (0, Time::ZERO);
-    let last = recording.entries.len().saturating_sub(1);
-    for (place, entry) in recording.entries.iter().enumerate() {
-        let begun = player.has_begun();
-        let bytes = count.equal;
-        let (said, differing) = (count.found.as_ref(), field.as_ref());
-        player.play_seen(entry, state, &mut |device, _| {
-            seen(SoFar { inputs, bytes, at: device.now(), said, field: differing });
-        })?;
-        let mut missing = [false, false];
-        match &entry.what {
-            What::Given { .. } => {
-                inputs += 1;
-                given_at = entry.at;
-            }
-            What::Sent(bytes) => {
-                recorded.extend(bytes.iter().map(|byte| (entry.at, *byte)));
-                missing[1] = tolerance == Tolerance::Exact && !player.is_led();
-            }
-            What::State { by: None, state: written } if begun && field.is_none() => {
-                let read = state(written).map_err(|why| StateError { line: entry.line, why })?;
-                let due = differing_state(&player, entry, written, read, &mut field);
-                if field.is_some() {
-                    other.get_or_insert_with(|| side(&player));
-                }
-                recorded.extend(due);
-            }
-            _ => {}
-        }
-        if place == last {
-            // A recording that was cut short may lack the effects of its last input.
-            let whole = recording.is_whole();
-            missing = [whole, true];
-            if tolerance != Tolerance::Exact {
-                // Output that was still to come on a real line comes a little later here.
-                player.run_to(entry.at.after_nanos(slack(tolerance, entry.at, given_at)));
-                missing[0] = false;
-            }
-        }
-        let agree = |one: Time, other: Time| match tolerance {
-            Tolerance::Exact => one == other,
-            Tolerance::Nanos(_) => {
-                let apart = one.as_nanos().abs_diff(other.as_nanos());
-                apart <= slack(tolerance, one, given_at)
-            }
-        };
-        let found = count.compare(&mut recorded, player.said(), agree, missing);
-        if let Some(found) = count.found.as_mut().filter(|_| found) {
-            found.line = entry.line;
-            found.command = last_command(&player);
-            other = Some(side(&player));
-        }
-        if count.found.is_some() && field.is_some() {
-            break;
+    let mut comparison = Comparison::new(player, tolerance);
+    for entry in &recording.entries {
+        comparison.read(entry, state, seen)?;
+        if comparison.has_found_all() {
+            return Ok(comparison.into_divergence());
         }
     }
-    let end = player.device().now();
-    let other = other.unwrap_or_else(|| side(&player));
-    let (bytes, said) = (count.equal, count.found);
-    let difference = (said.is_some() || field.is_some()).then(|| Difference {
-        said,
-        field,
-        one: Side::default(),
-        other,
-    });
-    Ok(Divergence { difference, bytes, inputs, end })
+    comparison.finish();
+    Ok(comparison.into_divergence())
 }
 
 /// Fields that states have only since a later version of the program. A state that was written down
@@ -255,14 +236,15 @@ pub fn check<D: Device + Clone>(
 const LATER: [&str; 2] = ["upwards", "next_switch"];
 
 /// Compares a recorded state with the present one, after everything that is due at that instant.
-/// Returns what the recorded controller still had to send at that instant.
-fn differing_state<D: Device + Clone>(
+/// Returns the first field that differs, and what the recorded controller still had to send at that
+/// instant.
+pub(super) fn differing_state<D: Device + Clone>(
     player: &Player<D>,
     entry: &Entry,
     written: &Value,
     read: D::State,
-    field: &mut Option<FieldDifference>,
-) -> Vec<(Time, u8)> {
+) -> (Option<FieldDifference>, Vec<(Time, u8)>) {
+    let mut field = None;
     let mut recorded = Player::new(player.device().clone());
     recorded.restore(read);
     if !player.is_led() {
@@ -275,7 +257,7 @@ fn differing_state<D: Device + Clone>(
             leave_out(&mut one, unknown);
             leave_out(&mut other, unknown);
         }
-        *field = first_field("", &one, &other).map(|(name, one, other)| FieldDifference {
+        field = first_field("", &one, &other).map(|(name, one, other)| FieldDifference {
             at: entry.at,
             line: entry.line,
             field: name,
@@ -284,7 +266,7 @@ fn differing_state<D: Device + Clone>(
             command: last_command(player),
         });
     }
-    recorded.said().drain(..).collect()
+    (field, recorded.said().drain(..).collect())
 }
 
 /// How two devices that are compared are meant to differ.
@@ -498,18 +480,18 @@ pub fn first_field(place: &str, one: &Value, other: &Value) -> Option<(String, V
 }
 
 /// How much earlier or later a time may be, in nanoseconds.
-fn slack(tolerance: Tolerance, at: Time, given: Time) -> u64 {
+pub(super) fn slack(tolerance: Tolerance, at: Time, given: Time) -> u64 {
     match tolerance {
         Tolerance::Exact => 0,
         Tolerance::Nanos(nanos) => nanos.max(at.as_nanos().saturating_sub(given.as_nanos()) / 100),
     }
 }
 
-fn side<D: Device + Clone>(player: &Player<D>) -> Side {
+pub(super) fn side<D: Device + Clone>(player: &Player<D>) -> Side {
     Side { told: player.told().cloned().collect() }
 }
 
-fn last_command<D: Device + Clone>(player: &Player<D>) -> Option<Told> {
+pub(super) fn last_command<D: Device + Clone>(player: &Player<D>) -> Option<Told> {
     let is_command = |told: &&Told| matches!(told.event, vimc4_device::Event::Command { .. });
     player.told().filter(is_command).last().cloned()
 }

@@ -23,6 +23,7 @@
 //! ```
 
 mod compare;
+mod comparison;
 mod entry;
 mod play;
 mod read;
@@ -33,6 +34,7 @@ pub use compare::{
     Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, SoFar, Tolerance,
     alike, check, first_field, given_apart, part, said_apart, say_otherwise,
 };
+pub use comparison::{Comparison, Mismatch, MismatchKind, Reply};
 pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
 pub use play::{Player, Seen, StateError, Told, exchange};
 pub use read::{ReadError, Reader, Recording};

@@ -30,6 +30,8 @@ pub struct Player<D: Device> {
     said: VecDeque<(Time, u8)>,
     told: VecDeque<Told>,
     remembered: usize,
+    /// Whether commands are remembered with what they mean.
+    explains: bool,
     /// Signals and faults that the device does not have.
     unknown: Vec<String>,
 }
@@ -65,7 +67,14 @@ impl<D: Device> Player<D> {
     pub fn new(device: D) -> Player<D> {
         let harness = Harness::new(device).watching(TOLD);
         let (said, told, unknown) = (VecDeque::new(), VecDeque::new(), Vec::new());
-        Player { harness, begun: false, led: false, said, told, remembered: REMEMBERED, unknown }
+        let (remembered, explains) = (REMEMBERED, true);
+        Player { harness, begun: false, led: false, said, told, remembered, explains, unknown }
+    }
+
+    /// Remembers commands without what they mean, which takes less time.
+    #[must_use]
+    pub fn without_meanings(self) -> Player<D> {
+        Player { explains: false, ..self }
     }
 
     /// Sets how many of the last events are remembered; a dozen otherwise.
@@ -236,7 +245,9 @@ impl<D: Device> Player<D> {
                 Output::Flash(..) => {}
                 Output::Event(stamp, event) => {
                     let means = match &event {
-                        Event::Command { bytes, .. } => self.harness.device().explain(bytes),
+                        Event::Command { bytes, .. } if self.explains => {
+                            self.harness.device().explain(bytes)
+                        }
                         _ => String::new(),
                     };
                     if self.told.len() >= self.remembered {

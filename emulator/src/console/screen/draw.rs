@@ -309,7 +309,11 @@ fn time_line(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
         branches => format!("{}, one of {branches} branches", line.branch),
     };
     let read = line.read.map(|share| format!("{} % read, ", share / 10)).unwrap_or_default();
-    let note = format!("{read}{note}");
+    let differs = line.differences.first().map(|at| {
+        let millis = at.as_nanos() / 1_000_000;
+        format!("≠ recording from {}.{:03} s on, ", millis / 1_000, millis % 1_000)
+    });
+    let note = format!("{}{read}{note}", differs.unwrap_or_default());
     let mut brush = Brush::titled(buffer, area, inks, &title, &note);
     let begin = seconds(line.begin.as_nanos());
     let end = seconds(line.end.as_nanos());
@@ -326,6 +330,7 @@ fn time_line(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     let things = line.snapshots.iter().map(|at| (*at, '┷', Ink::Faint));
     let things = things.chain(line.partings.iter().map(|at| (*at, '┳', Ink::Sent)));
     let things = things.chain(line.marks.iter().map(|(_, at)| (*at, '◆', Ink::Key)));
+    let things = things.chain(line.differences.iter().map(|at| (*at, '≠', Ink::Alarm)));
     for (at, sign, ink) in things {
         if let Some(cell) = cells.get_mut(place(at.clamp(line.begin, line.end))) {
             *cell = (sign, ink);
@@ -524,6 +529,7 @@ mod tests {
             side: Side::Problem,
             text: "2".to_owned(),
             meaning: "limit switch X+ at step 12,345 of the last move".to_owned(),
+            replies_to: None,
         });
         let (_, rows) = drawn(&picture, true, 80, 24);
         let shown = rows.join("\n");

@@ -300,6 +300,7 @@ impl Ears {
             next = self.next(Some(Duration::ZERO));
             next.is_some() || begun.elapsed() >= READING
         });
+        session.notice();
         next
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::Listing;
-use vimc4_device::{Signal, Time, View};
+use vimc4_device::{CommandNumber, Signal, Time, View};
 
 use super::path::{Gaze, Stroke};
 
@@ -45,6 +45,8 @@ pub(crate) struct Talk {
     pub(crate) text: String,
     /// What it means.
     pub(crate) meaning: String,
+    /// The command that it is a reply to.
+    pub(crate) replies_to: Option<CommandNumber>,
 }
 
 /// Where something comes from.
@@ -91,6 +93,8 @@ pub(crate) struct TimeLine {
     /// Where branches part.
     pub(crate) partings: Vec<Time>,
     pub(crate) marks: Vec<(String, Time)>,
+    /// Where the emulation differs from the recording.
+    pub(crate) differences: Vec<Time>,
 }
 
 /// The line at the bottom.
