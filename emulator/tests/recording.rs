@@ -1195,3 +1195,39 @@ fn pictures_and_waveforms_show_what_was_lived_after_going_back_too() {
     assert!(picture.contains("<title>put back at 3.000 s, X 0.000 mm"), "{picture}");
     assert!(picture.contains("<title>end at 3.337 s, X -3.750 mm"), "{picture}");
 }
+
+#[test]
+fn a_recording_that_contradicts_the_emulation_is_shown_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/overlooked.jsonl");
+    let text = fs::read_to_string(path).unwrap();
+    let without = |line: &str| {
+        let kept = text.lines().filter(|own| !own.contains(line));
+        kept.map(|own| format!("{own}\n")).collect::<String>()
+    };
+    for (name, text, from) in [
+        ("reply", text.replace(r#""out":"F""#, r#""out":"0""#), "8.698"),
+        ("position", text.replace(r#""position":[24001,"#, r#""position":[24002,"#), "10.275"),
+        ("input", without(r#""in":"@0R7"#), "5.011"),
+    ] {
+        let file = format!("{name}.jsonl");
+        fs::write(folder.path().join(&file), text).unwrap();
+        let differs = format!("differs from the recording from {from} s on");
+        let (code, text, errors) = run(folder.path(), &["replay", &file]);
+        assert_eq!(code, 1, "{text}{errors}");
+        assert!(text.contains(&differs), "{text}");
+        let html = format!("{name}.html");
+        let (_, text, errors) = run(folder.path(), &["replay", &file, "--html", &html]);
+        assert!(errors.contains(&differs), "{text}{errors}");
+        // The picture is what the screen shows.
+        let picture = format!("{name}.svg");
+        fs::write(folder.path().join("lines"), format!("differences\npicture {picture}\n"))
+            .unwrap();
+        let (code, text, errors) = run(folder.path(), &["console", &file, "--script", "lines"]);
+        assert_eq!(code, 0, "{text}{errors}");
+        assert!(errors.contains(&differs), "{errors}");
+        assert!(text.contains("  1  ") && text.contains("recorded"), "{text}");
+        let picture = fs::read_to_string(folder.path().join(picture)).unwrap();
+        assert!(picture.contains(&format!("≠ recording from {from} s on")), "{picture}");
+    }
+}

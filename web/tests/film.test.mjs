@@ -174,3 +174,20 @@ test("a long recording is small, opens and is scrubbed", async () => {
     await until("it is drawn where it is", async () => (await page.locator(".entry.later").count()) > 0);
   });
 });
+
+test("a recording that contradicts the emulation says so, marks the place, and shows either reply", async () => {
+  const example = fileURLToPath(new URL("../../examples/overlooked.jsonl", import.meta.url));
+  const record = async (_, recording) => writeFile(recording, (await readFile(example, "utf8")).replace('"out":"F"', '"out":"0"'));
+  await shown(record, async (page) => {
+    await page.locator(".differs-from", { hasText: "differs from the recording from 8.698 s on" }).waitFor();
+    const reply = page.locator(".entry-differs .text");
+    assert.equal(await reply.textContent(), "F (emulated; recorded 0)");
+    await page.getByRole("button", { name: "Show recorded replies" }).click();
+    await until("the recorded reply is shown", async () => (await reply.textContent()) === "0 (recorded; emulated F)");
+    await page.getByRole("button", { name: "Show emulated replies" }).click();
+    await until("the emulated reply is shown", async () => (await reply.textContent()) === "F (emulated; recorded 0)");
+    await page.locator(".differs summary").click();
+    await page.locator(".differs li", { hasText: "recorded 0, emulated F" }).getByRole("button").click();
+    await until("its moment is shown", async () => (await page.locator(".timeline").getAttribute("data-at")) === "8698321617");
+  });
+});

@@ -14,7 +14,8 @@ use crate::served::Served;
 /// beginning. Time begins to pass when somebody [hears](Desk::hear) what happens.
 ///
 /// Beyond the API it knows `PUT /v1/controllers`, which puts other controllers on the desk, `PUT
-/// /v1/recording`, which puts the one of a recording there with its past and says what is missing of it, `PUT /v1/events`, which says what
+/// /v1/recording`, which puts the one of a recording there with its past and says what is missing of it and from when
+/// on the emulation differs from it, `PUT /v1/events`, which says what
 /// is to be heard, `GET /v1/controllers/1/meaning?line=@07`, which says what a line would mean, `GET …/deeds`,
 /// which lists all that was done to it on the way to the moment that is looked at, `GET …/quirks`,
 /// which lists the values that each quirk of its model can have, `POST

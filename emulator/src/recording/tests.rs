@@ -1,7 +1,5 @@
 //! Every face says that a recording contradicts the emulation.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 #[path = "../../../crates/timeline/tests/changed/mod.rs"]
 mod changed;
 
@@ -11,7 +9,7 @@ use std::thread;
 
 use vimc4_answers::past::differences;
 use vimc4_debug::Debugger;
-use vimc4_timeline::recording::{Recording, Tolerance, check};
+use vimc4_timeline::recording::{Recording, Tolerance, WALL, What, check};
 
 use super::controller::Site;
 use super::history::{Commands, open};
@@ -138,4 +136,49 @@ fn a_missing_input_is_told_with_what_was_recorded_for_it() {
     let listed = answered(&mut debugger, "differences");
     let first = "  1  5.011500002s  after command 1: recorded 0, emulated nothing (line 6)\n";
     assert!(listed.starts_with(first), "{listed}");
+}
+
+/// The recording as one of a real controller, whose replies are on their way for a while.
+fn of_a_real_one(recording: &Recording) -> Recording {
+    let mut real = recording.clone();
+    real.head.clock = WALL.to_owned();
+    real.entries.retain(|entry| !matches!(entry.what, What::State { .. }));
+    let mut late = 0;
+    for entry in &mut real.entries {
+        late += if matches!(entry.what, What::Sent(_)) { 20_000_000 } else { 0 };
+        entry.at = entry.at.after_nanos(late);
+    }
+    real
+}
+
+#[test]
+fn a_real_controller_may_be_late_but_may_not_reply_or_move_otherwise() {
+    let kept = Kept::new();
+    let differences = |recording: &Recording| {
+        kept.keep(recording);
+        let debugger = open(&kept.path, Commands::Unlisted).unwrap().debugger;
+        debugger.differences().iter().map(|own| own.mismatch.to_string()).collect::<Vec<_>>()
+    };
+    for recording in recordings() {
+        let real = of_a_real_one(&recording);
+        assert_eq!(differences(&real), [""; 0]);
+        // The last reply of one of them is a position.
+        let last = real.entries.iter().rposition(|entry| matches!(entry.what, What::Sent(_)));
+        let What::Sent(bytes) = &real.entries[last.unwrap()].what else { unreachable!() };
+        let mut other = bytes.to_vec();
+        *other.last_mut().unwrap() ^= 1;
+        let mut changed = real.clone();
+        changed.entries[last.unwrap()].what = What::Sent(other.clone().into());
+        let [recorded, emulated] = [&other[..], bytes].map(vimc4::escape);
+        let found = differences(&changed);
+        assert_eq!(found.len(), 1, "{found:?}");
+        let said = format!("recorded {recorded}, emulated {emulated} ");
+        assert!(found[0].contains(&said), "{found:?}: {said}");
+        // One that is silent for a second differs, too.
+        changed.entries.remove(last.unwrap());
+        let end = changed.entries.last_mut().unwrap();
+        end.at = end.at.after_nanos(1_000_000_000);
+        let found = differences(&changed);
+        assert!(found.iter().any(|own| own.contains("recorded nothing")), "{found:?}");
+    }
 }

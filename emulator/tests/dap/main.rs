@@ -1374,6 +1374,25 @@ fn a_torn_recording_is_told_of() {
 }
 
 #[test]
+fn a_recording_that_contradicts_the_emulation_is_opened_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("changed.jsonl");
+    let whole = fs::read_to_string(example("overlooked.jsonl")).unwrap();
+    fs::write(&path, whole.replace(r#""out":"F""#, r#""out":"0""#)).unwrap();
+    let mut editor = Editor::at_entry(json!({ "recording": path }));
+    let differs =
+        "differs from the recording from 8.698 s on: reply to command 4: recorded 0, emulated F";
+    let told = editor.event("output");
+    assert!(text(&told["output"]).contains(differs), "{told}");
+    let listed = "  1  8.698321617s  reply to command 4: recorded 0, emulated F (line 16)";
+    assert_eq!(editor.console("differences"), listed);
+    editor.console("replies recorded");
+    assert!(editor.console("continue 9s").contains("answer to @A: 0"));
+    assert!(editor.console("goto difference 1").starts_with("8.698321617s"));
+    editor.disconnect();
+}
+
+#[test]
 fn a_recording_is_no_program() {
     let mut editor = Editor::new();
     let refused = editor.refused("launch", json!({ "program": example("limit.jsonl") }));
