@@ -8,8 +8,10 @@ use std::collections::BTreeSet;
 use vimc4_conform::fixtures;
 use vimc4_conform::format::{Session, merge};
 use vimc4_conform::play::{Drive, play};
+use vimc4_conform::script::Action;
 use vimc4_conform::source::Source;
 use vimc4_conform::workshop::Workshop;
+use vimc4::Family;
 use vimc4_device::Line;
 use vimc4_lpkf::language::forms;
 
@@ -83,6 +85,38 @@ fn passes(session: &Session, model: &str, quirk: &str, value: &str) -> bool {
     } else {
         play(&other, Drive::Smooth, |flash| workshop.build(flash)).is_ok()
     }
+}
+
+/// The chapters of isel's manuals that describe the error codes.
+const CODES: [(&str, &str); 3] = [("99", "4"), ("05", "4"), ("12", "5")];
+
+#[test]
+fn a_documented_error_code_cites_the_chapter_of_the_codes() {
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let documented = sessions.iter().filter(|session| {
+        let evidence = session.source.evidence();
+        session.family == Family::Isel && evidence.documented && !evidence.assumed
+    });
+    let (with_code, without): (Vec<_>, Vec<_>) = documented.partition(|s| expects_error_code(s));
+    assert!(with_code.len() > 100 && without.len() > 100, "{} {}", with_code.len(), without.len());
+    let wrong = with_code.iter().filter(|session| !session.source.cites_wherever(&CODES));
+    let wrong: Vec<&str> = wrong.map(|session| session.id.as_str()).collect();
+    assert!(
+        wrong.is_empty(),
+        "these expect an error code; cite the chapter that describes it ({CODES:?}), or say what is \
+         assumed:\n  {}",
+        wrong.join("\n  ")
+    );
+}
+
+/// Whether a session expects an error code as a whole reply. `F` is not counted: the sections about
+/// 253 describe it too.
+fn expects_error_code(session: &Session) -> bool {
+    let is_code = |bytes: &[u8]| matches!(bytes, [b'1'..=b'9' | b'D' | b'G' | b'H' | b'R']);
+    session.steps.iter().any(|step| match &step.action {
+        Action::Expect(expected) => matches!(&expected.parts[..], [whole] if is_code(whole)),
+        _ => false,
+    })
 }
 
 #[test]

@@ -50,6 +50,15 @@ impl Manual {
         self.sections.iter().any(cited)
     }
 
+    /// The first section inside this one, by its number. A chapter that has sections says nothing
+    /// that could be looked up.
+    fn first_inside(&self, section: &str) -> Option<&str> {
+        let numbers = self.sections.iter().filter_map(|entry| entry.split(' ').next());
+        numbers.filter(|_| self.numbered).find(|number| {
+            number.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'))
+        })
+    }
+
     fn describes(&self, model: &str) -> bool {
         self.models.iter().any(|name| name == model)
     }
@@ -122,6 +131,22 @@ impl Source {
         self.evidence
     }
 
+    /// Whether it cites the section in each of isel's manuals that it cites, by the name of the manual
+    /// and the section.
+    #[must_use]
+    pub fn cites_wherever(&self, sections: &[(&str, &str)]) -> bool {
+        self.items().all(|item| {
+            let (manual, cited) = item.split_once(' ').unwrap_or((item, ""));
+            let wanted = sections.iter().find(|(name, _)| *name == manual);
+            wanted.is_none_or(|(_, section)| cited.split(',').any(|one| one.trim() == *section))
+        })
+    }
+
+    /// Its items, without their remarks.
+    fn items(&self) -> impl Iterator<Item = &str> {
+        self.text.split(';').map(|item| item.split(':').next().unwrap_or(item).trim())
+    }
+
     /// Whether it is a source for what these models do: every manual that it cites must describe
     /// one of them, and where nothing but manuals is cited, one of these must describe each.
     ///
@@ -159,7 +184,17 @@ fn cited(manuals: &'static [Manual], what: &str) -> Result<&'static Manual, Stri
     let by_heading = || manuals.iter().find(|manual| manual.cited_as.is_empty());
     let (manual, sections) =
         by_name().or_else(|| Some((by_heading()?, what))).ok_or("no manual can be cited")?;
-    let unknown = sections.split(',').map(str::trim).find(|section| !manual.has(section));
+    let mut sections = sections.split(',').map(str::trim);
+    if let Some((chapter, inside)) =
+        sections.clone().find_map(|chapter| Some((chapter, manual.first_inside(chapter)?)))
+    {
+        return Err(format!(
+            "{chapter:?} of the manual {:?} ({}) is a chapter with sections; cite the section that \
+             says it, such as {inside:?}",
+            manual.cited_as, manual.title,
+        ));
+    }
+    let unknown = sections.find(|section| !manual.has(section));
     let Some(unknown) = unknown else { return Ok(manual) };
     let names: Vec<&str> = manuals.iter().map(|manual| manual.cited_as.as_str()).collect();
     Err(format!(
@@ -250,6 +285,30 @@ mod tests {
         assert!(wrong("a colleague", "D").starts_with("no section \"a colleague\""));
         assert!(wrong("98 Boring", "D").starts_with("no section \"Boring\""));
         assert!(wrong("", "D").starts_with("no section \"\""));
+    }
+
+    #[test]
+    fn a_chapter_with_sections_is_no_source() {
+        let wrong = |text| Source::parse(text, "D").unwrap_err();
+        assert_eq!(
+            wrong("99 3.1, 3"),
+            "\"3\" of the manual \"99\" (isel, IMC4, manual of 1999) is a chapter with sections; cite \
+             the section that says it, such as \"3.1\""
+        );
+        for (chapter, inside) in [("12 4.2", "4.2.1"), ("99 B3", "B3.1"), ("05 2.3: D", "2.3.1")] {
+            assert!(wrong(chapter).ends_with(&format!("such as {inside:?}")), "{chapter}");
+        }
+        for whole in ["99 4", "12 1, 5", "05 6", "98 Bore"] {
+            Source::parse(whole, "D").unwrap();
+        }
+    }
+
+    #[test]
+    fn a_section_is_looked_for_in_every_manual() {
+        let codes = [("99", "4"), ("12", "5")];
+        let cites = |text, marks| Source::parse(text, marks).unwrap().cites_wherever(&codes);
+        assert!(cites("99 2.2.13, 4; 12 5: the code; field", "D+F"));
+        assert!(!cites("99 4; 12 2.2.3", "D"));
     }
 
     #[test]
