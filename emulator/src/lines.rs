@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use clap_complete::engine::ArgValueCompleter;
 use tokio::runtime;
 use tokio::sync::oneshot;
-use vimc4::{Control, HostLines, News, Report, Sink, Time, Verbosity, What};
+use vimc4::{Control, HostLines, ModemLine, News, Report, Sink, Time, Verbosity, What};
 use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::completions;
@@ -219,26 +219,41 @@ impl Peer for Diary {
 
 // --- our own controller ---
 
-/// The port of a program that is yet to be started, for a controller that may send something
-/// before.
+/// The port of a program that is yet to be started, for a controller whose lines may change before.
 #[derive(Default)]
-struct LatePort(Mutex<(Option<Port>, Option<bool>)>);
+struct LatePort(Mutex<LateLines>);
+
+#[derive(Default)]
+struct LateLines {
+    port: Option<Port>,
+    /// The lines that have changed, as they are now.
+    changed: Vec<(ModemLine, bool)>,
+}
 
 impl LatePort {
-    fn set_ready(&self, ready: bool) {
+    fn switch(&self, line: ModemLine, on: bool) {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        state.1 = Some(ready);
-        if let Some(port) = &state.0 {
-            port.set_ready(ready);
-        }
+        state.changed.retain(|(other, _)| *other != line);
+        state.changed.push((line, on));
+        state.show((line, on));
     }
 
     fn arrive(&self, port: Port) {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(ready) = state.1 {
-            port.set_ready(ready);
+        state.port = Some(port);
+        state.changed.iter().for_each(|change| state.show(*change));
+    }
+}
+
+impl LateLines {
+    fn show(&self, (line, on): (ModemLine, bool)) {
+        let Some(port) = &self.port else { return };
+        match line {
+            ModemLine::Cts => port.set_ready(on),
+            ModemLine::Dsr => port.set_line(vimc4_lines::DSR, on),
+            ModemLine::Dcd => port.set_line(vimc4_lines::DCD, on),
+            ModemLine::Ri => port.set_line(vimc4_lines::RI, on),
         }
-        state.0 = Some(port);
     }
 }
 
@@ -266,7 +281,7 @@ impl Served {
         let control = started.recv().unwrap_or_else(|_| {
             Err(Failure::usage("the controller has ended before it could be used"))
         })?;
-        let host = control.handshake_lines(move |ready| port.set_ready(ready)).wait();
+        let host = control.handshake_lines(move |line, on| port.switch(line, on)).wait();
         let host = host.map_err(Failure::usage)?;
         Ok(Served { control, host, end: Some(end), thread: Some(thread) })
     }

@@ -279,7 +279,11 @@ impl Core {
         let tell = Arc::clone(&clear);
         let (control, alarms) = (self.control.clone(), Arc::clone(&self.alarms));
         let leads_time = self.given.is_some();
-        let ports = self.control.connect_with_lines(move |cts| tell.set(cts));
+        let ports = self.control.connect_with_lines(move |line, on| {
+            if line == vimc4::ModemLine::Cts {
+                tell.set(on);
+            }
+        });
         self.pending(ports, move |py, (port, lines): (vimc4::MemoryPort, HostLines)| {
             Ok(Py::new(py, Port::new(port, lines, clear, control, alarms, leads_time))?.into_any())
         })

@@ -5,18 +5,18 @@
 
 use std::collections::BTreeSet;
 
+use vimc4::Family;
 use vimc4_conform::fixtures;
 use vimc4_conform::format::{Session, merge};
 use vimc4_conform::play::{Drive, play};
 use vimc4_conform::script::Action;
 use vimc4_conform::source::Source;
 use vimc4_conform::workshop::Workshop;
-use vimc4::Family;
 use vimc4_device::Line;
 use vimc4_lpkf::language::forms;
 
 /// Quirks of cards that came before the manuals. What these say of their own models is certain.
-const OF_OTHER_CARDS: [&str; 8] = [
+const OF_OTHER_CARDS: [&str; 11] = [
     "axis_codes",
     "lower_case",
     "position_axes",
@@ -25,6 +25,9 @@ const OF_OTHER_CARDS: [&str; 8] = [
     "self_test_end",
     "reset_reply",
     "break_reply",
+    "start_at_rest",
+    "lone_end",
+    "capital_d",
 ];
 
 #[test]

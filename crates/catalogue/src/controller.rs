@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, OtherController, Output, Point,
-    Running, Signal, SignalId, Time, View,
+    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, ModemLine, OtherController, Output, Point, Running, Signal, SignalId, Time, View,
 };
 use vimc4_plant::Machine;
 
@@ -149,6 +148,10 @@ impl Device for Controller {
 
     fn room(&self, handshake: bool) -> usize {
         of!(Inner, &self.0, device => device.room(handshake))
+    }
+
+    fn modem_line(&self) -> Option<(ModemLine, bool)> {
+        of!(Inner, &self.0, device => device.modem_line())
     }
 
     fn flash_image(&self) -> Vec<u8> {

@@ -54,9 +54,9 @@ impl Manual {
     /// that could be looked up.
     fn first_inside(&self, section: &str) -> Option<&str> {
         let numbers = self.sections.iter().filter_map(|entry| entry.split(' ').next());
-        numbers.filter(|_| self.numbered).find(|number| {
-            number.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'))
-        })
+        numbers
+            .filter(|_| self.numbered)
+            .find(|number| number.strip_prefix(section).is_some_and(|rest| rest.starts_with('.')))
     }
 
     fn describes(&self, model: &str) -> bool {

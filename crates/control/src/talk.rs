@@ -118,7 +118,7 @@ impl Talk {
             Event::Warning(warning) => {
                 let text = format_args!("warning: {warning}");
                 let in_conversation = self.verbosity == Verbosity::Conversation
-                    && matches!(warning, Warning::NoEffect { .. });
+                    && matches!(warning, Warning::NoEffect { .. } | Warning::OffCircle { .. });
                 match kind_of(warning) {
                     // It belongs to a command, and of those all are told.
                     _ if in_conversation => to.line(at, text),
@@ -311,6 +311,7 @@ fn kind_of(warning: &Warning) -> Option<(&'static str, u64)> {
         Warning::ReceiveOverflow { lost } => Some(("overflows of the receive buffer", *lost)),
         Warning::NobodyListens { lost } => Some(("answers while nobody had the line open", *lost)),
         Warning::NoEffect { .. } => Some(("commands without effect", 0)),
+        Warning::OffCircle { .. } => Some(("arcs that end off their circle", 0)),
         _ => None,
     }
 }

@@ -225,6 +225,13 @@ pub enum Warning {
         /// What it reads now, in steps.
         reads: i64,
     },
+    /// An arc ends beside its circle: its parameters are not those of a circle.
+    OffCircle {
+        /// From its end to the circle, in steps.
+        steps: u64,
+        /// Which parameters would end on the circle, for people: a fragment.
+        remedy: Cow<'static, str>,
+    },
     /// A program ended with an error.
     ProgramError {
         /// The reply code that names the error.
@@ -303,6 +310,9 @@ impl fmt::Display for Warning {
                 "the {name} counter came to its end and went on from the other one: it reads {}",
                 Grouped(*reads)
             ),
+            Warning::OffCircle { steps, remedy } => {
+                write!(f, "ends {} steps off the circle; {remedy}", Grouped(*steps as i64))
+            }
             Warning::ProgramError { code, line, why } => {
                 write!(f, "the program ended in line {line} with error {code}: {why}")
             }

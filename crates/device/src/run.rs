@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 
 use crate::facts::{Facts, first, lapse};
 use crate::{
-    AXES, Activity, Condition, Event, Fact, Fault, FaultView, Input, Kinds, Output, Point,
-    RuleView, Running, Signal, SignalId, Time, View,
+    AXES, Activity, Condition, Event, Fact, Fault, FaultView, Input, Kinds, ModemLine, Output,
+    Point, RuleView, Running, Signal, SignalId, Time, View,
 };
 
 /// How many causes a forecast follows before it gives up, so that it ends even for something that
@@ -173,6 +173,12 @@ pub trait Device {
     fn room(&self, handshake: bool) -> usize {
         let _ = handshake;
         usize::MAX
+    }
+
+    /// A modem line on which it shows something of its own, and whether that line is on. If it is CTS,
+    /// CTS no longer says whether the device takes more.
+    fn modem_line(&self) -> Option<(ModemLine, bool)> {
+        None
     }
 
     /// The image of its non-volatile memory.

@@ -6,7 +6,8 @@ use std::iter;
 use bytes::Bytes;
 use tokio::sync::oneshot;
 use vimc4_device::{
-    Condition, Device, Event, FlashChange, Input, Kinds, Output, OwnedInput, Stamp, Time, Warning,
+    Condition, Device, Event, FlashChange, Input, Kinds, ModemLine, Output, OwnedInput, Stamp,
+    Time, Warning,
 };
 
 use crate::ControlError;
@@ -595,7 +596,11 @@ impl<D: Device> Rig<D> {
 
     /// Asks clients to wait, by the lines that there are for it, while the device takes nothing.
     fn mind_ready(&mut self) {
-        self.wire.set_ready(self.pause.is_none() && self.device.room(true) > 0);
+        let line = self.device.modem_line();
+        let shows_ready = !matches!(line, Some((ModemLine::Cts, _)));
+        let ready = self.pause.is_none() && self.device.room(true) > 0;
+        self.wire.set_ready(ready || !shows_ready);
+        self.wire.set_line(line);
     }
 
     fn send_all(&mut self, leaving: &mut Leaving) {

@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
+use vimc4_device::ModemLine;
+
 use crate::News;
 use crate::transport::{Received, Sent, Transport};
 
@@ -30,6 +32,8 @@ pub(crate) struct Wire {
     baud: u32,
     /// Whether clients may send, as the handshake lines say.
     ready: bool,
+    /// What the device shows on a line of its own.
+    line: Option<(ModemLine, bool)>,
 }
 
 /// What became of bytes that were sent.
@@ -43,13 +47,16 @@ pub(crate) struct Delivery {
 
 impl Wire {
     pub(crate) fn new(baud: u32) -> Wire {
-        Wire { transports: Vec::new(), first: 0, baud, ready: true }
+        Wire { transports: Vec::new(), first: 0, baud, ready: true, line: None }
     }
 
     pub(crate) fn attach(&mut self, mut transport: Box<dyn Transport>) {
         transport.set_baud(self.baud);
         if !self.ready {
             transport.set_ready(false);
+        }
+        if let Some((line, on)) = self.line {
+            transport.set_line(line, on);
         }
         self.transports.push(transport);
     }
@@ -137,6 +144,16 @@ impl Wire {
             self.baud = baud;
             for transport in &mut self.transports {
                 transport.set_baud(baud);
+            }
+        }
+    }
+
+    /// What the device shows on a line of its own.
+    pub(crate) fn set_line(&mut self, line: Option<(ModemLine, bool)>) {
+        if let Some((name, on)) = line.filter(|_| line != self.line) {
+            self.line = line;
+            for transport in &mut self.transports {
+                transport.set_line(name, on);
             }
         }
     }

@@ -36,6 +36,8 @@ pub struct Context<'a> {
     /// Whether `@0<n>` takes every set of X, Y and Z; else these axes come one after the other, X,
     /// X+Y, X+Y+Z (99 §2.2.1).
     pub any_axes: bool,
+    /// Whether `@02` sets X and Y; else, if it is a set at all, Y.
+    pub two_is_xy: bool,
     /// Whether 0 is a speed for an axis of a straight move that stays where it is. Of an absolute
     /// move only the position tells which do, so there every speed may be 0.
     pub zero_at_rest: bool,
@@ -105,6 +107,7 @@ impl Frame<'_> {
         Ok(match self.op() {
             Op::SetAxes => Command::SetAxes(match v.raw(0) {
                 bits @ (1 | 3 | 7 | 8) => axis_set(bits).ok_or(NO_CONFIGURATION)?,
+                2 if ctx.two_is_xy => axis_set(0b11).ok_or(NO_CONFIGURATION)?,
                 bits @ 1..=8 if ctx.any_axes => axis_set(bits).ok_or(NO_CONFIGURATION)?,
                 _ => return Err(NO_CONFIGURATION),
             }),

@@ -43,6 +43,7 @@
 //!     bit_base_one: false,
 //!     any_bit_value: false,
 //!     any_axes: false,
+//!     two_is_xy: false,
 //!     zero_at_rest: false,
 //!     line: None,
 //! };

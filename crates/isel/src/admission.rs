@@ -5,7 +5,7 @@ use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Frame, Op};
 use vimc4_motion::Point;
 
 use crate::firmware::Firmware;
-use crate::model::{CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver};
+use crate::model::{CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StartAtRest, StoreOver};
 use crate::program::Validity;
 use crate::why::{Opened, Why};
 
@@ -182,8 +182,9 @@ impl Firmware {
         }
     }
 
-    /// Whether `S` and START-like commands of this model run stored programs.
+    /// Whether `S` runs the stored program where nothing is stopped.
     pub(crate) fn starts_programs(&self) -> bool {
-        self.state.model.command_set == CommandSet::ImcXx
+        let model = &self.state.model;
+        model.command_set == CommandSet::ImcXx || model.quirks.start_at_rest == StartAtRest::Program
     }
 }

@@ -1,10 +1,14 @@
 //! Direct commands that move nothing.
 
+use std::borrow::Cow;
+
+use bytes::Bytes;
+use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{AxisSet, Command, Init, Mode, Op, Reply};
 
 use crate::activity::{Activity, Wait};
 use crate::firmware::Firmware;
-use crate::model::LowerCase;
+use crate::model::{CapitalD, LoneEnd, LowerCase};
 use crate::settings::Settings;
 use crate::why::Why;
 use crate::wiring::Output;
@@ -163,14 +167,45 @@ impl Firmware {
         if told_apart { capital_letter(text) } else { None }
     }
 
-    // --- answers ---
+    /// A line with the small letter that its `D` stands for, where it stands for one, see
+    /// [`CapitalD`].
+    pub(crate) fn small_d<'a>(&self, text: &'a [u8]) -> Cow<'a, [u8]> {
+        let stands_for_d = self.state.model.quirks.capital_d == CapitalD::Speeds;
+        match letter(text).filter(|(_, letter)| stands_for_d && *letter == b'D') {
+            Some((place, _)) => [&text[..place], b"d", &text[place + 1..]].concat().into(),
+            None => text.into(),
+        }
+    }
+
+    /// Whether a line is the end of a data field that is not being stored, and no error on this model.
+    pub(crate) fn is_lone_end(&self, text: &[u8]) -> bool {
+        let quirk = self.state.model.quirks.lone_end;
+        quirk != LoneEnd::Syntax && !self.state.storing && text.trim_ascii() == b"9"
+    }
+
+    /// The end of a data field that is not being stored.
+    pub(crate) fn lone_end(&mut self, text: &[u8]) {
+        if self.state.model.quirks.lone_end == LoneEnd::Done {
+            self.announce(self.mnemonic(Mode::Stored, Op::End), text);
+            self.done(Mode::Stored, Op::End);
+        } else if self.wants(Kinds::COMMAND) {
+            let bytes = Bytes::copy_from_slice(text);
+            let why = "no data field is being stored (lone_end)".into();
+            self.emit(Event::Ignored { bytes, why });
+        }
+    }
 }
 
-/// A motion with a small letter, rewritten with the capital: the third token of its line, after `@`
-/// and the number of the controller.
+/// The letter of a command and its place: the third token of its line, after `@` and the number of the
+/// controller.
+fn letter(text: &[u8]) -> Option<(usize, u8)> {
+    let mut tokens = text.iter().copied().enumerate().filter(|(_, byte)| *byte != b' ');
+    tokens.nth(2)
+}
+
+/// A motion with a small letter, rewritten with the capital.
 fn capital_letter(text: &[u8]) -> Option<Vec<u8>> {
-    let mut tokens = text.iter().enumerate().filter(|(_, byte)| **byte != b' ');
-    let (place, letter) = tokens.nth(2)?;
+    let (place, letter) = letter(text)?;
     if !matches!(letter, b'a' | b'm' | b'r' | b's') {
         return None;
     }

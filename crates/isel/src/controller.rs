@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Device, Fact, Input, Kinds, Outbox, Output as Out, Point, Running, Signal, SignalId, Time, View,
+    Device, Fact, Input, Kinds, ModemLine, Outbox, Output as Out, Point, Running, Signal, SignalId,
+    Time, View,
 };
 use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
 use vimc4_plant::{Machine, PlantSignal};
@@ -157,6 +158,11 @@ impl Device for Controller {
         self.0.state.baud
     }
 
+    fn modem_line(&self) -> Option<(ModemLine, bool)> {
+        let line = self.0.state.model.line.start_line?;
+        Some((line, self.0.state.plant.panel().start))
+    }
+
     fn flash_image(&self) -> Vec<u8> {
         self.0.state.flash.image()
     }
@@ -168,8 +174,12 @@ impl Device for Controller {
         {
             return self.0.control_in_words(control);
         }
+        if self.0.is_lone_end(command) {
+            return "the end of a data field, although none is being stored".to_owned();
+        }
         let capital = self.0.capital(command);
-        let command = capital.as_deref().unwrap_or(command);
+        let command = self.0.small_d(capital.as_deref().unwrap_or(command));
+        let command = command.as_ref();
         let mode = if command.first() == Some(&b'@') { Mode::Direct } else { Mode::Stored };
         match parse(command, state.model.command_set.dialect(), mode, state.device) {
             Ok(Addressed::Frame(frame)) => match frame.decode(&state.context(None)) {

@@ -23,8 +23,12 @@ impl Firmware {
             return;
         }
         let dialect = self.state.model.command_set.dialect();
+        if self.is_lone_end(text) {
+            return self.lone_end(text);
+        }
         let capital = self.capital(text);
-        let line = capital.as_deref().unwrap_or(text);
+        let line = self.small_d(capital.as_deref().unwrap_or(text));
+        let line = line.as_ref();
         match parse(line, dialect, Mode::Direct, self.state.device) {
             Ok(Addressed::OtherDevice) => self.pass_over(text),
             Err(fault) => {
@@ -77,6 +81,7 @@ impl Firmware {
             | Command::Helix(..)
             | Command::MoveUntil { .. } => {
                 self.state.forget_stopped_motion();
+                self.warn_off_circle(&command);
                 let plan = self.plan_of(&command);
                 self.begin_plan(job, plan)
             }

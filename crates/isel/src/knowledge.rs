@@ -95,7 +95,7 @@ impl vimc4_device::Model for Model {
         ("bit_values", &["\"any\"", "\"binary\""]),
         ("stored_arcs", &["\"check\"", "\"accept\""]),
         ("limit_bits", &["\"switch\"", "\"end\""]),
-        ("axis_codes", &["\"nested\"", "\"any\""]),
+        ("axis_codes", &["\"nested\"", "\"any\"", "\"pair\"", "\"keep\""]),
         ("lower_case", &["\"after\"", "\"before\"", "\"before-and-error\""]),
         ("position_axes", &["\"three\"", "\"configured\""]),
         ("resting_speed", &["\"check\"", "\"zero\""]),
@@ -103,6 +103,9 @@ impl vimc4_device::Model for Model {
         ("self_test_end", &["\"echo\"", "\"commands\""]),
         ("reset_reply", &["\"none\"", "\"0\""]),
         ("break_reply", &["\"none\"", "\"0\""]),
+        ("start_at_rest", &["\"refuse\"", "\"program\""]),
+        ("lone_end", &["\"5\"", "\"0\"", "\"none\""]),
+        ("capital_d", &["\"diagnosis\"", "\"speeds\""]),
     ];
 
     fn effects_of(sent: &[u8]) -> Effects {

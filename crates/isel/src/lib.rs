@@ -60,11 +60,13 @@ mod words;
 pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{
-    AfterFree, AxisCodes, BitValues, BranchBase, CommandSet, ControlReply, Defaults, FlashProfile,
-    LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount, LowerCase, Model, Place,
-    PositionAxes, Quirks, RestingSpeed, SelfTestEnd, SpeedOf3d, StopButton, StopInMoveUntil,
-    StopInReference, StopReply, StoreOver, StoredArcs, Texts, Timing, Unreferenced,
+    AfterFree, AxisCodes, BitValues, BranchBase, CapitalD, CommandSet, ControlReply, Defaults,
+    FlashProfile, LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoneEnd, LoopCount,
+    LowerCase, Model, Place, PositionAxes, Quirks, RestingSpeed, SelfTestEnd, SpeedOf3d,
+    StartAtRest, StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs,
+    Texts, Timing, Unreferenced,
 };
+pub use moves::off_circle_in_words;
 pub use program::{Program, StoredLine, Validity};
 pub use settings::Settings;
 pub use state::State;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
+use vimc4_device::ModemLine;
 use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions, Mode, Op, table};
 use vimc4_plant::{ProfileError, profiles};
 
@@ -83,6 +84,10 @@ pub struct LineProfile {
     pub baud: u32,
     /// Bytes that wait while a command executes.
     pub receive_buffer: usize,
+    /// The modem line that is on at the host while START is pressed: one pin of the serial connector
+    /// carries the button (05 1.2, 6), and the cable decides where it arrives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_line: Option<ModemLine>,
 }
 
 /// Ranges of values.
@@ -203,6 +208,16 @@ pub struct Quirks {
     pub reset_reply: ControlReply,
     /// What 255 answers while nothing executes.
     pub break_reply: ControlReply,
+    /// What `S` does while nothing is stopped, on the cards before the iMC-xx. These always run the
+    /// stored program.
+    #[serde(default)]
+    pub start_at_rest: StartAtRest,
+    /// What `9` answers while no data field is being stored.
+    #[serde(default)]
+    pub lone_end: LoneEnd,
+    /// What `D` means.
+    #[serde(default)]
+    pub capital_d: CapitalD,
 }
 
 impl Quirks {
@@ -370,6 +385,10 @@ pub enum AxisCodes {
     Nested,
     /// Every set of X, Y and Z; A apart.
     Any,
+    /// Likewise, but 2 is X and Y.
+    Pair,
+    /// As `Nested`, but X is set after power-on and reset, and stays set where a code is refused.
+    Keep,
 }
 
 /// When a motion with a small letter answers.
@@ -435,6 +454,43 @@ pub enum ControlReply {
     Done,
 }
 
+/// What `S` does while nothing is stopped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StartAtRest {
+    /// It answers `G`.
+    #[default]
+    Refuse,
+    /// It runs the stored program.
+    Program,
+}
+
+/// What `9` answers while no data field is being stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LoneEnd {
+    /// The syntax error, `5`.
+    #[default]
+    #[serde(rename = "5")]
+    Syntax,
+    /// `0`.
+    #[serde(rename = "0")]
+    Done,
+    /// Nothing.
+    #[serde(rename = "none")]
+    Nothing,
+}
+
+/// What `D` means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CapitalD {
+    /// A diagnosis.
+    #[default]
+    Diagnosis,
+    /// The reference speeds, as `d` does.
+    Speeds,
+}
+
 // The three iMC models share everything but their texts. The last has no manual.
 profiles! { Model, Model::check, [
     "imc4" = include_str!("../models/imc4.toml"),
@@ -473,7 +529,8 @@ impl Model {
             ports: &self.ports,
             bit_base_one: cond_bit_base == 1,
             any_bit_value: bit_values == BitValues::Any,
-            any_axes: axis_codes == AxisCodes::Any,
+            any_axes: matches!(axis_codes, AxisCodes::Any | AxisCodes::Pair),
+            two_is_xy: axis_codes == AxisCodes::Pair,
             zero_at_rest: self.quirks.resting_speed == RestingSpeed::Zero,
             line,
         }
@@ -483,7 +540,7 @@ impl Model {
         let error = |table: &str, key: &str, message: String, help: &str| {
             Err(ProfileError::about_key(text, table, key, message, help))
         };
-        let LineProfile { baud, receive_buffer } = self.line;
+        let LineProfile { baud, receive_buffer, .. } = self.line;
         if baud != 9_600 && baud != 19_200 {
             return error(
                 "line",

@@ -4,8 +4,8 @@ use vimc4_device::{
     AXES as PLACES, Event, FaultNumber, Kinds, Loss, MachineStrike, Motion, Point, StopCause,
     Warning,
 };
-use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
-use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
+use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Direction, Pairs};
+use vimc4_motion::{Arc, ArcState, Helix, OffCircle, Path, Profile, Segment, StraightLine, Turn};
 use vimc4_plant::{End, Followed, Way};
 
 use crate::activity::{Activity, Ending, Moving, Plan, PortCondition, Purpose};
@@ -39,6 +39,22 @@ impl Firmware {
             _ => (Vec::new(), None),
         };
         Plan { parts: parts.into_iter().filter(|(path, _)| path.length() > 0).collect(), until }
+    }
+
+    /// Says so if the parameters of a circle or a helix are not those of a circle. The card takes them.
+    pub(crate) fn warn_off_circle(&mut self, command: &Command) {
+        let (Command::Circle(args) | Command::Helix(args, _)) = command else { return };
+        if !self.wants(Kinds::WARNING) {
+            return;
+        }
+        let turn = match self.state.direction {
+            Direction::Clockwise => Turn::Clockwise,
+            Direction::Counterclockwise => Turn::Counterclockwise,
+        };
+        if let Some(off) = self.arc(args).off_circle(turn) {
+            let remedy = off_circle_in_words(&off).into();
+            self.emit(Event::Warning(Warning::OffCircle { steps: off.steps, remedy }));
+        }
     }
 
     fn arc(&self, args: &ArcArgs) -> Arc {
@@ -289,4 +305,19 @@ impl Firmware {
         let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").to_owned();
         self.strikes(number, MachineStrike::Stands(axis as u8, name));
     }
+}
+
+/// Which parameters would end on the circle, for people.
+pub fn off_circle_in_words(off: &OffCircle) -> String {
+    let Some(ArcState { d, rx, ry, .. }) = off.remedy else {
+        return "Xs and Ys are its centre, where no circle starts".to_owned();
+    };
+    let remedy = format!("D {d}, Rx {rx}, Ry {ry} would end on it");
+    if off.quadrant_before {
+        return format!(
+            "{remedy}. The C routine of the manual of 1999 (A2) takes the wrong quadrant for a start \
+             within half a step of an axis"
+        );
+    }
+    remedy
 }

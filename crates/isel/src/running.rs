@@ -180,6 +180,7 @@ impl Firmware {
             | Command::AbsoluteMove(_)
             | Command::Circle(_)
             | Command::Helix(..) => {
+                self.warn_off_circle(&command);
                 let mut plan = self.plan_of(&command);
                 let until = self.state.run.as_mut().and_then(|run| run.until.take());
                 plan.until = until.map(PortCondition::Bit);

@@ -11,7 +11,7 @@ use vimc4_plant::{Machine, Plant, Slide, Way};
 
 use crate::activity::{Activity, Plan, Wait};
 use crate::flash::Flash;
-use crate::model::{AfterFree, Model, StopButton};
+use crate::model::{AfterFree, AxisCodes, Model, StopButton};
 use crate::settings::Settings;
 use crate::why::{By, Off};
 use crate::wiring::{Output, Outputs};
@@ -173,7 +173,10 @@ impl State {
         self.settings = self.kept_settings();
         self.baud = if self.settings.baud_9600 { 9_600 } else { self.model.line.baud };
         self.receiver = Receiver::default();
-        self.axes = AxisSet::NONE;
+        self.axes = match self.model.quirks.axis_codes {
+            AxisCodes::Keep => AxisSet::of(0),
+            _ => AxisSet::NONE,
+        };
         self.position = Point::default();
         self.referenced = AxisSet::NONE;
         self.test_mode = false;

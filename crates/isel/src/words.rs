@@ -311,7 +311,7 @@ impl Firmware {
         rest.next().filter(|byte| byte.is_ascii_digit()).filter(|_| text.contains(&b'@'))?;
         match (rest.next(), rest.next()) {
             (None, _) => Some(format!("{shown}: a command is missing, as in {}", self.sent("P"))),
-            (Some(b'D'), _) => {
+            (Some(b'D'), code) => {
                 let codes: Vec<&str> =
                     self.state.model.diagnosis.keys().map(String::as_str).collect();
                 let codes = match codes.as_slice() {
@@ -320,7 +320,9 @@ impl Firmware {
                     }
                     codes => codes.concat(),
                 };
-                Some(format!("{shown}: after D comes what is asked for, {codes}"))
+                let speeds = matches!(code, Some(b'0'..=b'9')).then_some(" (capital_d)");
+                let speeds = speeds.unwrap_or_default();
+                Some(format!("{shown}: after D comes what is asked for, {codes}{speeds}"))
             }
             (Some(b'I'), code) => {
                 let table = table(self.state.model.command_set.dialect(), Mode::Direct);

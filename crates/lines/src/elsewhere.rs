@@ -76,6 +76,11 @@ impl Port {
     pub fn set_ready(&self, _ready: bool) {
         match self.0 {}
     }
+
+    /// The device switches a line of its own.
+    pub fn set_line(&self, _line: u32, _on: bool) {
+        match self.0 {}
+    }
 }
 
 impl Ending {

@@ -11,7 +11,7 @@ pub const RTS: u32 = 0x004;
 pub const CTS: u32 = 0x020;
 /// Data carrier detect, driven by the far side.
 pub const DCD: u32 = 0x040;
-/// Ring indicator, which is never driven here.
+/// Ring indicator, driven by the far side.
 pub const RI: u32 = 0x080;
 /// Data set ready, driven by the far side.
 pub const DSR: u32 = 0x100;
@@ -68,6 +68,8 @@ pub struct Lines {
     dcd: bool,
     /// The far side takes more.
     ready: bool,
+    /// A line on which the device shows something of its own, and whether it is on.
+    own: Option<(u32, bool)>,
     outputs: u32,
     counts: Counts,
     settings: Settings,
@@ -80,6 +82,8 @@ pub struct Counts {
     pub cts: u32,
     /// Changes of DSR.
     pub dsr: u32,
+    /// Changes of RI.
+    pub ri: u32,
     /// Changes of DCD.
     pub dcd: u32,
 }
@@ -138,7 +142,7 @@ impl Lines {
     #[must_use]
     pub fn new(far: Far, dcd: bool) -> Lines {
         let (counts, settings) = (Counts::default(), Settings::default());
-        Lines { far, dcd, ready: true, outputs: 0, counts, settings }
+        Lines { far, dcd, ready: true, own: None, outputs: 0, counts, settings }
     }
 
     /// The levels of all lines, for `TIOCMGET`.
@@ -147,7 +151,10 @@ impl Lines {
         let when = |on: bool, bit: u32| if on { bit } else { 0 };
         let inputs = match self.far {
             Far::None => 0,
-            Far::On => when(self.ready, CTS) | DSR | when(self.dcd, DCD),
+            Far::On => {
+                let others = when(self.ready, CTS) | DSR | when(self.dcd, DCD);
+                self.own.map_or(others, |(line, on)| others & !line | when(on, line))
+            }
             Far::Loop => {
                 let dtr = self.outputs & DTR != 0;
                 when(self.outputs & RTS != 0, CTS) | when(dtr, DSR) | when(dtr && self.dcd, DCD)
@@ -203,13 +210,18 @@ impl Lines {
         self.change(|lines| lines.ready = ready)
     }
 
+    /// The device at the far side switches a line of its own, a bit of [`levels`](Lines::levels).
+    pub fn set_line(&mut self, line: u32, on: bool) -> Changed {
+        self.change(|lines| lines.own = Some((line & INPUTS, on)))
+    }
+
     fn change(&mut self, change: impl FnOnce(&mut Lines)) -> Changed {
         let before = self.levels();
         change(self);
         let levels = self.levels();
         let bits = before ^ levels;
-        let Counts { cts, dsr, dcd } = &mut self.counts;
-        for (count, bit) in [(cts, CTS), (dsr, DSR), (dcd, DCD)] {
+        let Counts { cts, dsr, ri, dcd } = &mut self.counts;
+        for (count, bit) in [(cts, CTS), (dsr, DSR), (ri, RI), (dcd, DCD)] {
             if bits & bit != 0 {
                 *count = count.wrapping_add(1);
             }
@@ -252,7 +264,7 @@ mod tests {
             assert_eq!(lines.levels() & (output | inputs), output | inputs);
         }
         // Once when it was switched on at the opening, then off and on again.
-        assert_eq!(lines.counts(), Counts { cts: 3, dsr: 3, dcd: 3 });
+        assert_eq!(lines.counts(), Counts { cts: 3, dsr: 3, ri: 0, dcd: 3 });
     }
 
     #[test]
@@ -283,6 +295,25 @@ mod tests {
             assert_eq!(lines.counts().cts - before, if moves { 2 } else { 0 });
             // A line that was not asked about wakes no waiting thread.
             assert!(!lines.set_ready(false).wakes(DSR | DCD | RI | RTS));
+        }
+    }
+
+    #[test]
+    fn a_device_may_show_something_on_any_line() {
+        for line in [CTS, DSR, DCD, RI] {
+            let mut lines = open(Far::On, true);
+            let others = lines.levels() & !line;
+            let _ = lines.set_line(line, false);
+            assert_eq!(lines.levels(), others);
+            let pressed = lines.set_line(line, true);
+            assert!(pressed.wakes(line) && !pressed.wakes(INPUTS & !line));
+            assert_eq!(lines.levels(), others | line);
+            // CTS no longer says whether the device takes more.
+            assert_eq!(lines.set_ready(false).wakes(line), false);
+        }
+        // Where the far side is no device, it has no such line.
+        for far in [Far::Loop, Far::None] {
+            assert!(!open(far, false).set_line(RI, true).wakes(RI));
         }
     }
 }

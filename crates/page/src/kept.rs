@@ -7,7 +7,8 @@ use vimc4_catalogue::{Controller, Details, State};
 use vimc4_debug::{Debugger, Wired};
 use vimc4_device::{
     Activity, CommandNumber, Device, Event, Fact, Fault, FaultView, Input, Kinds, LineState,
-    Output, OwnedInput, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View, Warning,
+    ModemLine, Output, OwnedInput, Point, RuleView, Running, Signal, SignalId, Stamp, Time, View,
+    Warning,
 };
 use vimc4_timeline::{Act, History, Place};
 
@@ -207,6 +208,10 @@ impl Device for Kept {
 
     fn room(&self, handshake: bool) -> usize {
         self.line().room(handshake)
+    }
+
+    fn modem_line(&self) -> Option<(ModemLine, bool)> {
+        self.line().modem_line()
     }
 
     fn flash_image(&self) -> Vec<u8> {

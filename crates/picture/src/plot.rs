@@ -411,6 +411,7 @@ impl Plot {
             }
             Warning::ProgramError { .. }
             | Warning::FalseReference { .. }
+            | Warning::OffCircle { .. }
             | Warning::CounterWrapped { .. } => self.explain(at, warning.to_string()),
             _ => {}
         }

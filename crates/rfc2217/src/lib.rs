@@ -25,5 +25,5 @@ mod port;
 mod server;
 mod telnet;
 
-pub use port::{Parity, Request, StopBits};
+pub use port::{CTS, DCD, DSR, Parity, RI, Request, StopBits};
 pub use server::Server;

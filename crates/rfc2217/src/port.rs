@@ -99,9 +99,14 @@ const ANSWER: u8 = 100;
 /// The speeds that are accepted, in bits per second. Others are answered with the present one.
 const SPEEDS: std::ops::RangeInclusive<u32> = 50..=4_000_000;
 
-/// Bits of the modem state.
-const CTS: u8 = 0x10;
-const DSR: u8 = 0x20;
+/// Clear to send, a bit of the modem state as the others are.
+pub const CTS: u8 = 0x10;
+/// Data set ready.
+pub const DSR: u8 = 0x20;
+/// Ring indicator.
+pub const RI: u8 = 0x40;
+/// Data carrier detect.
+pub const DCD: u8 = 0x80;
 /// A bit of the modem state has changed; its value is the bit four places higher.
 const DELTA: u8 = 4;
 
@@ -146,10 +151,10 @@ impl Port {
         }
     }
 
-    /// The device's CTS is on or off now. Returns the notice for the client, if it wants one.
-    pub(crate) fn set_cts(&mut self, on: bool) -> Option<[u8; 2]> {
+    /// A line of the device is on or off now. Returns the notice for the client, if it wants one.
+    pub(crate) fn set_line(&mut self, line: u8, on: bool) -> Option<[u8; 2]> {
         let before = self.modem;
-        self.modem = if on { before | CTS } else { before & !CTS };
+        self.modem = if on { before | line } else { before & !line };
         let changed = (before ^ self.modem) & self.modem_mask;
         (changed != 0).then(|| self.modem_state(changed >> DELTA))
     }

@@ -121,10 +121,10 @@ impl Server {
         escape(bytes, self.negotiation.ours(BINARY), out);
     }
 
-    /// The device's CTS is on or off now; a client that wants to know is told. It is on at first, as
-    /// DSR is for ever; DCD and RI are off.
-    pub fn set_cts(&mut self, on: bool) {
-        if let Some(state) = self.port.set_cts(on)
+    /// A line of the device, such as [`CTS`](crate::CTS), is on or off now; a client that wants to know
+    /// is told. CTS and DSR are on at first, DCD and RI are off.
+    pub fn set_line(&mut self, line: u8, on: bool) {
+        if let Some(state) = self.port.set_line(line, on)
             && self.has_port()
         {
             self.subnegotiate(&state);

@@ -1,7 +1,7 @@
 //! What clients say and what they are answered, as RFC 2217 and Telnet have it.
 
 use proptest::prelude::*;
-use vimc4_rfc2217::{Parity, Request, Server, StopBits};
+use vimc4_rfc2217::{CTS, DCD, DSR, Parity, RI, Request, Server, StopBits};
 
 const IAC: u8 = 255;
 const WILL_BINARY: [u8; 3] = [IAC, 251, 0];
@@ -66,19 +66,28 @@ fn a_client_that_has_agreed_is_told_of_the_lines() {
     // CTS and DSR are on.
     assert_eq!(heard(&mut server, &WILL_PORT).1, sub(&[107, 0x30]));
     assert!(server.has_port());
-    server.set_cts(false);
+    server.set_line(CTS, false);
     // CTS has changed, and is off.
     assert_eq!(server.take_replies(), sub(&[107, 0x21]));
-    server.set_cts(false);
+    server.set_line(CTS, false);
     assert_eq!(server.take_replies(), []);
     // It wants to know of DSR only.
     assert_eq!(
         heard(&mut server, &sub(&[11, 0x20])).1,
         [sub(&[111, 0x20]), sub(&[107, 0x20])].concat()
     );
-    server.set_cts(true);
+    server.set_line(CTS, true);
     assert_eq!(server.take_replies(), []);
     assert_eq!(heard(&mut server, &sub(&[7])).1, sub(&[107, 0x20]));
+    server.set_line(DSR, false);
+    assert_eq!(server.take_replies(), sub(&[107, 0x02]));
+    assert_eq!(heard(&mut server, &sub(&[11, 0xff])).1.last_chunk(), Some(&[0x10, 0xff, 0xf0]));
+    for (line, states) in [(RI, [0x54, 0x14]), (DCD, [0x98, 0x18])] {
+        for (on, state) in [true, false].into_iter().zip(states) {
+            server.set_line(line, on);
+            assert_eq!(server.take_replies(), sub(&[107, state]));
+        }
+    }
 }
 
 #[test]

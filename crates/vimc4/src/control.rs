@@ -6,7 +6,7 @@ use std::time::Duration;
 use vimc4_catalogue::{Controller, Details, Machine, MemoryError, Model, State};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
-    Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
+    ModemLine, Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, Journey,
@@ -133,29 +133,32 @@ impl Control {
         })
     }
 
-    /// The same with handshake lines, for a client that presents itself as a serial port: `cts` is
-    /// called whenever a host has to wait and when it may continue, and must not block; the
-    /// [`HostLines`] are told what the host does to its own lines.
+    /// The same with modem lines, for a client that presents itself as a serial port: `lines` is
+    /// called whenever a line of the controller changes, such as CTS when a host has to wait, and must
+    /// not block; the [`HostLines`] are told what the host does to its own lines.
     pub fn connect_with_lines(
         &self,
-        cts: impl FnMut(bool) + Send + 'static,
+        lines: impl FnMut(ModemLine, bool) + Send + 'static,
     ) -> Pending<(MemoryPort, HostLines)> {
         self.handle.with(|runner| {
             let (memory, port) = vimc4_host::Memory::pair();
-            let (modem, host) = Modem::pair("memory", cts);
+            let (modem, host) = Modem::pair("memory", lines);
             runner.attach(Box::new(memory));
             runner.attach(Box::new(modem));
             Ok((port, host))
         })
     }
 
-    /// Gives the pseudo-terminal the handshake lines that it lacks, if the client's side has
-    /// something that can provide them. `cts` is called whenever a host has to wait and when it may
-    /// continue; it must not block. The returned [`HostLines`] are to be told what the host does to
-    /// its own lines, which appears among the news.
-    pub fn handshake_lines(&self, cts: impl FnMut(bool) + Send + 'static) -> Pending<HostLines> {
+    /// Gives the pseudo-terminal the modem lines that it lacks, if the client's side has something that
+    /// can provide them. `lines` is called whenever a line of the controller changes, such as CTS when
+    /// a host has to wait; it must not block. The returned [`HostLines`] are to be told what the host
+    /// does to its own lines, which appears among the news.
+    pub fn handshake_lines(
+        &self,
+        lines: impl FnMut(ModemLine, bool) + Send + 'static,
+    ) -> Pending<HostLines> {
         self.handle.with(|runner| {
-            let (modem, host) = Modem::pair("pty", cts);
+            let (modem, host) = Modem::pair("pty", lines);
             runner.attach(Box::new(modem));
             Ok(host)
         })

@@ -88,11 +88,11 @@ pub use vimc4_device::{
     AXES, Act, Activity, Awaited, Awaits, AxisView, BadByte, Cause, Chance, CommandNumber,
     Completion, Condition, ConditionError, Cue, Damage, Deed, DeedError, Event, Fault, FaultError,
     FaultNews, FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, Lasts,
-    LengthUnit, LineFault, MOST_FAULTS, MOST_RULES, Motion, Names, NotADuration, Order, OrderError,
-    Path, Point, PortView, Rule, RuleError, RuleId, RuleNews, RuleStage, RuleView, Ruling, Scale,
-    Scenario, ScenarioError, ScenarioNumber, Segment, Signal, SignalKind, SignalView, Sort, Stamp,
-    Strike, Time, TimerView, Trigger, Verb, WaitsFor, Warning, Way, When, escape, parse_duration,
-    settable,
+    LengthUnit, LineFault, MOST_FAULTS, MOST_RULES, ModemLine, Motion, Names, NotADuration, Order,
+    OrderError, Path, Point, PortView, Rule, RuleError, RuleId, RuleNews, RuleStage, RuleView,
+    Ruling, Scale, Scenario, ScenarioError, ScenarioNumber, Segment, Signal, SignalKind,
+    SignalView, Sort, Stamp, Strike, Time, TimerView, Trigger, Verb, WaitsFor, Warning, Way, When,
+    escape, parse_duration, settable,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

@@ -34,7 +34,7 @@ fn handshake_lines_follow_the_buffer_and_tell_of_the_host() {
     });
     emu.control().watch(log).wait().unwrap();
     let told_of = |what: &str| told.try_iter().any(|line| line.ends_with(what));
-    let ready = move |ready| sender.send(ready).unwrap();
+    let ready = move |_, ready| sender.send(ready).unwrap();
     let host = emu.control().handshake_lines(ready).wait().unwrap();
     assert!(emu.control().takes_more().wait().unwrap());
     // Time stands still, so the buffer fills up to where the host is to wait.
@@ -44,7 +44,7 @@ fn handshake_lines_follow_the_buffer_and_tell_of_the_host() {
     assert_eq!(cts.try_iter().collect::<Vec<_>>(), [false]);
     // Lines that come later learn it too.
     let (sender, late) = std::sync::mpsc::channel();
-    let later = move |ready| sender.send(ready).unwrap();
+    let later = move |_, ready| sender.send(ready).unwrap();
     let another = emu.control().handshake_lines(later).wait().unwrap();
     assert_eq!(late.try_iter().collect::<Vec<_>>(), [false]);
     drop(another);

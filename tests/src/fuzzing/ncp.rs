@@ -126,6 +126,7 @@ fn decoded(
         bit_base_one: false,
         any_bit_value: false,
         any_axes: false,
+        two_is_xy: false,
         zero_at_rest: false,
         line: None,
     };

@@ -42,6 +42,10 @@ fn warnings_say_what_happened_and_what_to_do() {
              and where it stopped counts as 0; a complete reference run corrects it",
         ),
         (
+            Warning::OffCircle { steps: 1_667, remedy: "D 9, Rx 1, Ry -1 would end on it".into() },
+            "ends 1,667 steps off the circle; D 9, Rx 1, Ry -1 would end on it",
+        ),
+        (
             Warning::ProgramError { code: '2', line: 3, why: "limit switch X+ at step 9".into() },
             "the program ended in line 3 with error 2: limit switch X+ at step 9",
         ),
@@ -125,6 +129,7 @@ fn warnings() -> impl Strategy<Value = Warning> {
             name,
             reads
         }),
+        (any::<u64>(), words()).prop_map(|(steps, remedy)| Warning::OffCircle { steps, remedy }),
         (any::<char>(), any::<u32>(), boxed())
             .prop_map(|(code, line, why)| Warning::ProgramError { code, line, why }),
     ]
@@ -245,11 +250,12 @@ fn variant(event: &Event) -> u32 {
         Event::Course(Course::Finds { .. }) => 22,
         Event::Course(Course::Stops { .. }) => 23,
         Event::Rule { .. } => 24,
+        Event::Warning(Warning::OffCircle { .. }) => 25,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 25;
+const VARIANTS: u32 = 26;
 
 #[test]
 fn what_is_written_is_read_again() {

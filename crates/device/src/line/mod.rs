@@ -15,9 +15,9 @@ use self::faults::{Faults, ForDevice};
 use self::lane::{INSTANT, Lane};
 use self::rules::Rules;
 use crate::{
-    Activity, Device, Event, Fact, Fault, FaultNumber, FaultView, Faulting, Input, Kinds, Output,
-    OwnedInput, Point, RuleView, Ruling, Running, ScenarioNumber, Signal, SignalId, Time, View,
-    Way,
+    Activity, Device, Event, Fact, Fault, FaultNumber, FaultView, Faulting, Input, Kinds,
+    ModemLine, Output, OwnedInput, Point, RuleView, Ruling, Running, ScenarioNumber, Signal,
+    SignalId, Time, View, Way,
 };
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
@@ -543,6 +543,10 @@ impl<D: Device> Device for Line<D> {
 
     fn baud(&self) -> u32 {
         self.device.baud()
+    }
+
+    fn modem_line(&self) -> Option<(ModemLine, bool)> {
+        self.device.modem_line()
     }
 
     /// A paced line takes no more than its lane holds, and nothing while the answers lag far

@@ -50,6 +50,8 @@ pub use tcp::{Clients, Tcp, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 pub use users::{User, Users};
 
+use vimc4_device::ModemLine;
+
 use crate::News;
 
 /// One way to a controller's line.
@@ -90,6 +92,9 @@ pub trait Transport: Send {
     /// Tells the client whether it may send, where there is a line for that. Where there is none
     /// it learns it from what is no longer taken.
     fn set_ready(&mut self, _ready: bool) {}
+
+    /// The device switches a line of its own, which clients with modem lines see.
+    fn set_line(&mut self, _line: ModemLine, _on: bool) {}
 
     /// Whether a client has said all it will say and may still wait for answers.
     fn has_listener(&self) -> bool {

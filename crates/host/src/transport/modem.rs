@@ -5,15 +5,16 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use tokio::sync::mpsc;
+use vimc4_device::ModemLine;
 
 use super::{Received, Sent, Transport};
 use crate::News;
 
-/// Handshake lines without the bytes, which take their own way. The client's side is told of CTS
-/// and tells of DTR and RTS.
+/// Modem lines without the bytes, which take their own way. The client's side is told of the device's
+/// lines and tells of DTR and RTS.
 pub struct Modem {
     label: Arc<str>,
-    cts: Box<dyn FnMut(bool) + Send>,
+    lines: Box<dyn FnMut(ModemLine, bool) + Send>,
     news: mpsc::UnboundedReceiver<News>,
     finished: bool,
 }
@@ -26,14 +27,17 @@ pub struct HostLines {
 }
 
 impl Modem {
-    /// The lines that belong to the transport of this label. `cts` is called by the task that
-    /// runs the controller whenever CTS changes; it is on at first.
+    /// The lines that belong to the transport of this label. `lines` is called by the task that
+    /// runs the controller whenever a line of the device changes. CTS and DSR are on at first.
     #[must_use]
-    pub fn pair(label: &str, cts: impl FnMut(bool) + Send + 'static) -> (Modem, HostLines) {
+    pub fn pair(
+        label: &str,
+        lines: impl FnMut(ModemLine, bool) + Send + 'static,
+    ) -> (Modem, HostLines) {
         let (sender, news) = mpsc::unbounded_channel();
         let label = Arc::<str>::from(label);
         let host = HostLines { label: Arc::clone(&label), news: sender };
-        (Modem { label, cts: Box::new(cts), news, finished: false }, host)
+        (Modem { label, lines: Box::new(lines), news, finished: false }, host)
     }
 }
 
@@ -72,7 +76,11 @@ impl Transport for Modem {
     }
 
     fn set_ready(&mut self, ready: bool) {
-        (self.cts)(ready);
+        (self.lines)(ModemLine::Cts, ready);
+    }
+
+    fn set_line(&mut self, line: ModemLine, on: bool) {
+        (self.lines)(line, on);
     }
 
     fn is_finished(&self) -> bool {

@@ -16,6 +16,7 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Sleep, sleep};
+use vimc4_device::ModemLine;
 
 use super::outbox::Outbox;
 use super::telnet::Telnet;
@@ -93,6 +94,8 @@ pub struct Tcp {
     baud: u32,
     /// Whether clients may send, as CTS says.
     ready: bool,
+    /// What the device shows on a line of its own.
+    line: Option<(ModemLine, bool)>,
 }
 
 /// Why an address cannot be listened on.
@@ -198,6 +201,7 @@ impl Tcp {
             has_lines,
             baud: 0,
             ready: true,
+            line: None,
         })
     }
 
@@ -225,7 +229,10 @@ impl Tcp {
                     prepare(&stream);
                     let telnet = self.has_lines.then(|| Telnet::new(self.baud));
                     let mut client = Client::new(stream, peer, telnet);
-                    client.set_cts(self.ready);
+                    client.set_line(ModemLine::Cts, self.ready);
+                    if let Some((line, on)) = self.line {
+                        client.set_line(line, on);
+                    }
                     self.admit(client);
                 }
                 Err(error) if is_of_one_connection(&error) => {}
@@ -443,7 +450,14 @@ impl Transport for Tcp {
     fn set_ready(&mut self, ready: bool) {
         self.ready = ready;
         for client in self.holder.iter_mut().chain(&mut self.observers) {
-            client.set_cts(ready);
+            client.set_line(ModemLine::Cts, ready);
+        }
+    }
+
+    fn set_line(&mut self, line: ModemLine, on: bool) {
+        self.line = Some((line, on));
+        for client in self.holder.iter_mut().chain(&mut self.observers) {
+            client.set_line(line, on);
         }
     }
 
@@ -501,10 +515,10 @@ impl Client {
         count
     }
 
-    /// CTS is on or off now, which a client with lines may want to know.
-    fn set_cts(&mut self, on: bool) {
+    /// A line of the device is on or off now, which a client with lines may want to know.
+    fn set_line(&mut self, line: ModemLine, on: bool) {
         if let Some(telnet) = &mut self.telnet {
-            telnet.set_cts(on);
+            telnet.set_line(line, on);
         }
         self.reply();
     }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use vimc4_device::ModemLine;
 use vimc4_rfc2217::{Parity, Request, Server};
 
 use crate::News;
@@ -112,9 +113,15 @@ impl Telnet {
         }
     }
 
-    /// CTS is on or off now.
-    pub(super) fn set_cts(&mut self, on: bool) {
-        self.server.set_cts(on);
+    /// A line of the device is on or off now.
+    pub(super) fn set_line(&mut self, line: ModemLine, on: bool) {
+        let line = match line {
+            ModemLine::Cts => vimc4_rfc2217::CTS,
+            ModemLine::Dsr => vimc4_rfc2217::DSR,
+            ModemLine::Dcd => vimc4_rfc2217::DCD,
+            ModemLine::Ri => vimc4_rfc2217::RI,
+        };
+        self.server.set_line(line, on);
     }
 
     /// The speed to which the client has set its port.

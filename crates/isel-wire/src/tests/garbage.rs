@@ -144,6 +144,7 @@ proptest! {
         bit_base_one in any::<bool>(),
         any_bit_value in any::<bool>(),
         any_axes in any::<bool>(),
+        two_is_xy in any::<bool>(),
         zero_at_rest in any::<bool>(),
         at in any::<Option<u32>>(),
     ) {
@@ -156,6 +157,7 @@ proptest! {
             bit_base_one,
             any_bit_value,
             any_axes,
+            two_is_xy,
             zero_at_rest,
             line: at,
         };

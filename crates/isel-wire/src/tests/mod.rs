@@ -50,6 +50,7 @@ pub(crate) fn context(axes: AxisSet) -> Context<'static> {
         bit_base_one: false,
         any_bit_value: false,
         any_axes: false,
+        two_is_xy: false,
         zero_at_rest: false,
         line: None,
     }

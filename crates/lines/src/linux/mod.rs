@@ -66,6 +66,11 @@ impl Port {
     pub fn set_ready(&self, ready: bool) {
         self.0.set_ready(ready);
     }
+
+    /// The device switches a line of its own, such as [`DSR`](crate::DSR), where a device drives it.
+    pub fn set_line(&self, line: u32, on: bool) {
+        self.0.set_line(line, on);
+    }
 }
 
 /// A program that runs with modem lines.

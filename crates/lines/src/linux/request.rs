@@ -47,7 +47,7 @@ pub(crate) const INTEGER: usize = 4;
 /// are not counted, because only the program sees them.
 pub(crate) fn counters(counts: Counts) -> [u8; 80] {
     let mut bytes = [0; 80];
-    for (at, count) in [(0, counts.cts), (4, counts.dsr), (12, counts.dcd)] {
+    for (at, count) in [(0, counts.cts), (4, counts.dsr), (8, counts.ri), (12, counts.dcd)] {
         put(&mut bytes, at, &count.to_le_bytes());
     }
     bytes
@@ -123,8 +123,8 @@ mod tests {
 
     #[test]
     fn counters_are_where_the_kernel_has_them() {
-        let bytes = counters(Counts { cts: 1, dsr: 2, dcd: 3 });
+        let bytes = counters(Counts { cts: 1, dsr: 2, ri: 3, dcd: 4 });
         let at = |n: usize| bytes[n * 4];
-        assert_eq!([at(0), at(1), at(2), at(3)], [1, 2, 0, 3]);
+        assert_eq!([at(0), at(1), at(2), at(3)], [1, 2, 3, 4]);
     }
 }

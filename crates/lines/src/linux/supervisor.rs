@@ -99,6 +99,11 @@ impl Supervisor {
         self.change(|lines| lines.set_ready(ready));
     }
 
+    /// The device switches a line of its own.
+    pub(super) fn set_line(&self, line: u32, on: bool) {
+        self.change(|lines| lines.set_line(line, on));
+    }
+
     fn peer(&self) -> MutexGuard<'_, Box<dyn Peer>> {
         self.peer.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -27,6 +27,7 @@ pub fn parser(data: &[u8]) {
         bit_base_one: habits & 2 != 0,
         any_bit_value: habits & 32 != 0,
         any_axes: habits & 64 != 0,
+        two_is_xy: habits & 128 != 0,
         zero_at_rest: habits & 128 != 0,
         line: (habits & 4 != 0).then_some(u32::from(axes >> 4)),
     };
