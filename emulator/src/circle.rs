@@ -3,6 +3,8 @@
 //! The commands go to standard output and what is to be said about them to standard error, as
 //! comments: what is piped or redirected is a command list that `vimc4 run` accepts.
 
+mod explain;
+
 use std::io::{self, Write};
 
 use clap::ValueEnum;
@@ -26,20 +28,36 @@ Angles are in degrees, counted counterclockwise from the first axis of the plane
 is a whole circle. An arc goes on in its sense of rotation until it comes to --to; for several
 turns that is further away, as in --from 0 --to 720.
 
-The commands go to standard output, and what they lead to goes to standard error, as comments.",
+The commands go to standard output, and what they lead to goes to standard error, as comments.
+
+With --explain a command is read instead: standard error says where it ends, and which parameters would
+end on the circle. Standard output has the command with these parameters.",
     after_long_help = "\
 Examples:
   vimc4 circle --radius 200 --from 135 --to 225 --speed 1500
   vimc4 circle --radius 12.5 --steps-per-mm 80 --cw > circle.txt
   vimc4 circle --radius 2000 --from 180 --to 900 --rise 6000   (a helix of two turns)
   (echo @07; vimc4 circle --radius 200) | vimc4 run -
+  vimc4 circle --explain '@0y800,400,7777,0,-400,-1,1' --plot arc.svg
 
 Exit codes: 0 printed, 2 there is no such circle, or wrong usage."
 )]
 pub(crate) struct Arguments {
     /// The radius, in steps or, with --steps-per-mm, in mm
-    #[arg(long, short)]
+    #[arg(
+        long,
+        short,
+        required_unless_present = "explain",
+        default_value_t = 0.0,
+        hide_default_value = true
+    )]
     radius: f64,
+    /// Say where a command `y` or `w` ends, and whether that is on its circle
+    #[arg(
+        long, value_name = "COMMAND",
+        conflicts_with_all = ["radius", "from", "to", "speed", "rise", "device", "steps_per_mm"]
+    )]
+    explain: Option<String>,
     /// How many steps 1 mm is, on both axes of the plane
     #[arg(long, value_name = "STEPS")]
     steps_per_mm: Option<f64>,
@@ -112,6 +130,9 @@ impl Plane {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    if let Some(command) = &arguments.explain {
+        return explain::run(&arguments, command);
+    }
     let wanted = Wanted::new(&arguments)?;
     let circle = wanted.fitted()?;
     if circle.steps == 0 {
@@ -270,6 +291,7 @@ fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
 
 /// What the controller makes of it.
 struct Trace {
+    wanted_start: (f64, f64),
     /// Relative to the centre, as all places are.
     end: (i64, i64),
     wanted_end: (f64, f64),
@@ -289,6 +311,7 @@ impl Trace {
         }
         let beside = |square: i64| ((square as f64).sqrt() - wanted.radius).abs();
         Trace {
+            wanted_start: wanted.point(wanted.from),
             end: (state.x, state.y),
             wanted_end: wanted.point(wanted.to()),
             deviation: beside(inner).max(beside(outer)),
@@ -340,10 +363,29 @@ fn comments(arguments: &Arguments, circle: &Circle, trace: &Trace) -> String {
             lines.push("the speed is that of the third axis, which has more steps".to_owned());
         }
     }
+    if let Some((rx, ry)) = manual_directions(circle, arguments, trace.wanted_start) {
+        lines.push(format!(
+            "the C routine of the manual (A2) takes the wrong quadrant here, Rx {rx}, Ry {ry}: it does not \
+             round the start"
+        ));
+    }
     if arguments.speed > 20_000 {
         lines.push("the speed is too high for the models imc4 and imc4-m".to_owned());
     }
     lines.into_iter().map(|line| format!("; {line}\n")).collect()
+}
+
+/// The directions of the C routine of the manual of 1999 (A2), where they are not those of the circle:
+/// it takes the quadrant of the start before it is rounded.
+fn manual_directions(
+    circle: &Circle,
+    arguments: &Arguments,
+    (x, y): (f64, f64),
+) -> Option<(i8, i8)> {
+    let turn = if arguments.cw { Turn::Clockwise } else { Turn::Counterclockwise };
+    let sign = |value: f64| if value == 0.0 { 0 } else { value.signum() as i64 };
+    let directions = turn.directions(sign(x), sign(y))?;
+    (directions != (circle.start.rx, circle.start.ry)).then_some(directions)
 }
 
 /// Without a sign where rounding leaves nothing of the number.

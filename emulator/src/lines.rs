@@ -108,7 +108,7 @@ pub(crate) struct Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum FarEnd {
-    /// A device: DSR is on, and CTS while it takes more, which only --serve can know
+    /// A device: DSR is on, and CTS while it takes more; with --serve, as its controller drives them
     On,
     /// A plug: CTS follows RTS, DSR follows DTR
     Loop,

@@ -114,3 +114,85 @@ fn wrong_arguments_say_what_would_be_right() {
         assert!(complaint.contains(right), "{arguments}: {complaint}");
     }
 }
+
+/// What is said on standard error about a command, without the marks of comments.
+fn explained(arguments: &[&str]) -> (String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    let output = command.arg("circle").arg("--explain").args(arguments).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    (String::from_utf8(output.stdout).unwrap(), errors.replace("; ", ""))
+}
+
+#[test]
+fn a_command_that_ends_off_its_circle_is_explained() {
+    let (command, said) = explained(&["@0y800,400,7777,0,-400,-1,1"]);
+    assert_eq!(command, "@0y800,400,200,0,-400,-1,1\n");
+    assert!(said.contains("(0, -400) from the centre, radius 400.00"), "{said}");
+    assert!(said.contains("D 200, Rx -1, Ry 1 would end on it"), "{said}");
+    let (command, said) = explained(&["@0y400,1500,119,-141,141,-1,1"]);
+    assert_eq!(command, "@0y400,1500,119,-141,141,-1,-1\n");
+    assert!(said.contains("D 119, Rx -1, Ry -1 would end on it"), "{said}");
+    // The sense of rotation that is meant, where the directions leave it open.
+    let (command, _) = explained(&["@0y400,1500,119,-141,141,-1,1", "--cw"]);
+    assert_eq!(command, "@0y400,1500,119,-141,141,1,1\n");
+    // A command that is right stays as it is, stored and as a helix, too.
+    for right in ["@0y400,1500,119,-141,141,-1,-1", "w32000,600,-1000,-2000,0,1,-1,6000"] {
+        let (command, said) = explained(&[right]);
+        assert_eq!(command.trim_end(), right);
+        assert!(said.contains("ends on the circle"), "{said}");
+    }
+    let (command, said) = explained(&["@0y10,300,0,0,0,1,1"]);
+    assert!(command.is_empty() && said.contains("it starts at its centre"), "{command} {said}");
+}
+
+#[test]
+fn an_explanation_has_a_picture_and_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arc.svg");
+    let wrong = "@0y800,400,7777,0,-400,-1,1";
+    let (json, said) = explained(&[wrong, "--json", "--plot", path.to_str().unwrap()]);
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["command"], "@0y800,400,200,0,-400,-1,1");
+    assert!(value["steps_off"].as_u64().unwrap() > 100 && said.is_empty(), "{value} {said}");
+    let picture = std::fs::read_to_string(path).unwrap();
+    assert!(picture.contains(wrong), "{picture}");
+}
+
+#[test]
+fn a_command_that_cannot_be_explained_says_why() {
+    for (command, right) in [
+        ("@0A5,300", "neither a circle"),
+        ("@0y1,2,3", "it has 3 numbers, 7 are right"),
+        ("@0w400,1500,119,-141,141,-1,-1", "8 are right"),
+        ("@0y400,1500,119,-141,x,-1,-1", "\"x\" is not a number"),
+        ("@0y400,1500,119,-141,141,0,-1", "1 or -1, not 0"),
+        ("@0y-4,1500,119,-141,141,1,-1", "-4 steps are not possible"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_vimc4"))
+            .args(["circle", "--explain", command])
+            .output()
+            .unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains(right), "{command}: {errors}");
+    }
+    assert!(complaint("--explain @0y8,9,0,5,5,1,1 --radius 5").contains("cannot be used with"));
+}
+
+#[test]
+fn a_start_for_which_the_routine_of_the_manual_takes_the_wrong_quadrant_is_said() {
+    for (arguments, directions) in [
+        ("-r 400 --from 90 --to 180", Some("Rx -1, Ry 1")),
+        ("-r 400 --from 270 --to 360", Some("Rx 1, Ry -1")),
+        ("-r 400 --from 0.05 --to 90 --cw", Some("Rx 1, Ry -1")),
+        ("-r 400 --from 0 --to 90", None),
+        ("-r 400 --from 90 --to 0 --cw", None),
+        ("-r 400 --from 135 --to 225", None),
+    ] {
+        let said = String::from_utf8(circle(arguments).stderr).unwrap();
+        let warned = said.contains("takes the wrong quadrant");
+        assert_eq!(warned, directions.is_some(), "{arguments}: {said}");
+        assert!(directions.is_none_or(|directions| said.contains(directions)), "{said}");
+    }
+}

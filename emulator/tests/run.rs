@@ -926,3 +926,22 @@ fn a_scenario_is_recorded_and_replayed() {
     let (code, out, error) = in_folder(folder.path(), &["replay", "session.jsonl"]);
     assert_eq!(code, 0, "{out}{error}");
 }
+
+#[test]
+fn an_arc_that_ends_off_its_circle_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arcs.txt");
+    fs::write(&file, "@03\n@0f-1\n@0y400,1500,119,-141,141,-1,1\n@0y400,1500,119,-141,141,-1,-1\n")
+        .unwrap();
+    let output = vimc4(&file, "-v");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(
+        said.matches("steps off the circle; D 119, Rx -1, Ry -1 would end on it").count(),
+        1,
+        "{said}"
+    );
+    let summary: Value = serde_json::from_slice(&vimc4(&file, "--json").stdout).unwrap();
+    assert_eq!(summary["warnings"].as_array().unwrap().len(), 1);
+    assert_eq!(summary["warnings"][0]["warning"], "off-circle");
+}

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, ModemLine, OtherController, Output, Point, Running, Signal, SignalId, Time, View,
+    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, ModemLine, OtherController, Output,
+    Point, Running, Signal, SignalId, Time, View,
 };
 use vimc4_plant::Machine;
 

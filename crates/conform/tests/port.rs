@@ -65,12 +65,16 @@ fn flipped(model: &vimc4_catalogue::Model, quirk: &str, value: &str) -> vimc4_ca
 
 /// Which quirks some session shows at a port: of every model of a family, and of one more. The
 /// others need hands: a limit switch, START, an input; or a machine with ends.
-const OF_ISEL: &str = "axis_codes break_reply fractional_numbers lower_case position_axes \
-    reset_reply resting_speed speed_3d stop_reply unreferenced version_handshake";
+const OF_ISEL: &str = "axis_codes break_reply capital_d fractional_numbers lone_end lower_case \
+    position_axes reset_reply resting_speed speed_3d stop_reply unreferenced version_handshake";
 const OF_LPKF: &str = "after_status bare_pairs init_echo init_reply ta unknown_command";
 const SHOWN: [(&str, &str, &str); 5] = [
     ("imc4", OF_ISEL, "self_test_end"),
-    ("imc4-m", OF_ISEL, "bit_values self_test_end stop_in_move_until store_over stored_arcs"),
+    (
+        "imc4-m",
+        OF_ISEL,
+        "bit_values self_test_end start_at_rest stop_in_move_until store_over stored_arcs",
+    ),
     (
         "imc-s8",
         OF_ISEL,

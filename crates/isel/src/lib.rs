@@ -66,7 +66,6 @@ pub use model::{
     StartAtRest, StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs,
     Texts, Timing, Unreferenced,
 };
-pub use moves::off_circle_in_words;
 pub use program::{Program, StoredLine, Validity};
 pub use settings::Settings;
 pub use state::State;

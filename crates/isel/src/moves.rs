@@ -5,7 +5,7 @@ use vimc4_device::{
     Warning,
 };
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Direction, Pairs};
-use vimc4_motion::{Arc, ArcState, Helix, OffCircle, Path, Profile, Segment, StraightLine, Turn};
+use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine, Turn};
 use vimc4_plant::{End, Followed, Way};
 
 use crate::activity::{Activity, Ending, Moving, Plan, PortCondition, Purpose};
@@ -52,7 +52,7 @@ impl Firmware {
             Direction::Counterclockwise => Turn::Counterclockwise,
         };
         if let Some(off) = self.arc(args).off_circle(turn) {
-            let remedy = off_circle_in_words(&off).into();
+            let remedy = off.remedy_in_words().into();
             self.emit(Event::Warning(Warning::OffCircle { steps: off.steps, remedy }));
         }
     }
@@ -305,19 +305,4 @@ impl Firmware {
         let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").to_owned();
         self.strikes(number, MachineStrike::Stands(axis as u8, name));
     }
-}
-
-/// Which parameters would end on the circle, for people.
-pub fn off_circle_in_words(off: &OffCircle) -> String {
-    let Some(ArcState { d, rx, ry, .. }) = off.remedy else {
-        return "Xs and Ys are its centre, where no circle starts".to_owned();
-    };
-    let remedy = format!("D {d}, Rx {rx}, Ry {ry} would end on it");
-    if off.quadrant_before {
-        return format!(
-            "{remedy}. The C routine of the manual of 1999 (A2) takes the wrong quadrant for a start \
-             within half a step of an axis"
-        );
-    }
-    remedy
 }

@@ -44,6 +44,24 @@ impl Arc {
     }
 }
 
+impl OffCircle {
+    /// Which parameters would end on the circle, for people.
+    #[must_use]
+    pub fn remedy_in_words(&self) -> String {
+        let Some(ArcState { d, rx, ry, .. }) = self.remedy else {
+            return "it starts at its centre, where no circle does".to_owned();
+        };
+        let remedy = format!("D {d}, Rx {rx}, Ry {ry} would end on it");
+        if self.quadrant_before {
+            return format!(
+                "{remedy}; the C routine of the manual (A2) takes the wrong quadrant for a start \
+                 within half a step of an axis"
+            );
+        }
+        remedy
+    }
+}
+
 impl ArcState {
     /// The sense of rotation that the directions have: where the place is on an axis of coordinates,
     /// that of the step across it.

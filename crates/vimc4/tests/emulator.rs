@@ -8,7 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use vimc4::{Builder, Button, Clock, Condition, ControlError, Emulator, Error, MemoryPort, Time};
+use vimc4::{
+    Builder, Button, Clock, Condition, ControlError, Emulator, Error, MemoryPort, Model, ModemLine,
+    Time,
+};
 
 fn manual(model: &str) -> Builder {
     Emulator::builder().model(model).time(Clock::Manual)
@@ -59,6 +62,46 @@ fn handshake_lines_follow_the_buffer_and_tell_of_the_host() {
     assert_eq!(emu.position().unwrap()[0], 500);
     assert!(emu.control().takes_more().wait().unwrap());
     assert_eq!(cts.try_iter().last(), Some(true));
+}
+
+#[test]
+fn start_shows_on_the_modem_line_that_the_profile_names() {
+    for (line, modem_line, bit) in [
+        ("cts", ModemLine::Cts, 0x10),
+        ("dsr", ModemLine::Dsr, 0x20),
+        ("ri", ModemLine::Ri, 0x40),
+        ("dcd", ModemLine::Dcd, 0x80),
+    ] {
+        let text = vimc4::model_profile("imc4-m").unwrap();
+        let wired = format!("[line]\nstart_line = \"{line}\"");
+        let model = Model::from_toml(&text.replace("[line]", &wired)).unwrap();
+        let builder = Emulator::builder().with_model(model).time(Clock::Manual);
+        let emu = builder.rfc2217("127.0.0.1:0").start().unwrap();
+        let (sender, seen) = std::sync::mpsc::channel();
+        let lines = move |line, on| sender.send((line, on)).unwrap();
+        let _host = emu.control().handshake_lines(lines).wait().unwrap();
+        let mut client = TcpStream::connect(emu.rfc2217_addr().unwrap()).unwrap();
+        client.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        // The client agrees to RFC 2217, and is told of the lines at once.
+        client.write_all(b"\xff\xfb\x2c").unwrap();
+        let mut state = || {
+            let (mut last, mut byte) = ([0; 7], [0]);
+            while !(last.starts_with(b"\xff\xfa\x2c\x6b") && last.ends_with(b"\xff\xf0")) {
+                client.read_exact(&mut byte).unwrap();
+                last.rotate_left(1);
+                last[6] = byte[0];
+            }
+            last[4] & bit != 0
+        };
+        assert!(!state(), "{line}");
+        emu.hold("start").unwrap();
+        assert!(state(), "{line}");
+        emu.release("start").unwrap();
+        assert!(!state(), "{line}");
+        emu.now().unwrap();
+        let changes: Vec<(ModemLine, bool)> = seen.try_iter().collect();
+        assert_eq!(changes, [false, true, false].map(|on| (modem_line, on)), "{line}");
+    }
 }
 
 #[test]

@@ -403,6 +403,37 @@ fn filling_client(link: &str, heeds: bool) -> serialport::Result<()> {
     Ok(())
 }
 
+/// START at the panel of an IMC4-M arrives at the line that its profile names.
+fn start_shows_on_a_line() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let model = vimc4::model_profile("imc4-m").map_err(|error| error.to_string())?;
+    let wired = model.replace("[line]", "[line]\nstart_line = \"dsr\"");
+    fs::write(folder.path().join("wired.toml"), wired)?;
+    fs::write(folder.path().join("hand.txt"), "every 20ms: hold start for 10ms\n")?;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.args(["lines", "--serve", "--model", "wired.toml", "--scenario", "hand.txt", "--"]);
+    command.arg(std::env::current_exe()?).arg("./vimc4.pty").env(CLIENT, "watches START");
+    let output = output(command.current_dir(folder.path()))?;
+    same("said", text(&output.stdout).as_str(), "START pressed, released, pressed\n")
+}
+
+/// The program of [`start_shows_on_a_line`]: it ends when DSR has changed often enough.
+fn watching_client(link: &str) -> serialport::Result<()> {
+    let mut port = serialport::new(link, 19_200).open()?;
+    let mut see = |on: bool| -> serialport::Result<()> {
+        while port.read_data_set_ready()? != on {
+            thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    };
+    see(false)?;
+    see(true)?;
+    see(false)?;
+    see(true)?;
+    println!("START pressed, released, pressed");
+    Ok(())
+}
+
 // --- jobs ---
 
 fn jobs() -> Outcome {
@@ -433,7 +464,10 @@ fn makes(options: &[&str]) -> bool {
 pub(super) fn main() -> ExitCode {
     if let Ok(client) = std::env::var(CLIENT) {
         let link = std::env::args().nth(1).unwrap_or_default();
-        let done = filling_client(&link, client == "heeds CTS");
+        let done = match client.as_str() {
+            "watches START" => watching_client(&link),
+            client => filling_client(&link, client == "heeds CTS"),
+        };
         return done.map_or_else(
             |error| {
                 eprintln!("{error}");
@@ -470,6 +504,7 @@ pub(super) fn main() -> ExitCode {
         with(cc, "needs cc", "the link leads elsewhere", the_link_leads_elsewhere),
         Trial::test("exit codes", exit_codes),
         Trial::test("a buffer shows on CTS", a_buffer_shows_on_cts),
+        Trial::test("START shows on a line", start_shows_on_a_line),
         with(python, "needs python3, bash and procps", "jobs", jobs),
     ];
     if narrow {
