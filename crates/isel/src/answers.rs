@@ -30,6 +30,12 @@ impl From<Vec<u8>> for Answer {
 impl Firmware {
     /// A command has been taken from the line.
     pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
+        self.note_command(mnemonic, text);
+        self.finds(mnemonic);
+    }
+
+    /// The same for a line that is no command of the model.
+    pub(crate) fn note_command(&mut self, mnemonic: &'static str, text: &[u8]) {
         self.state.number_command();
         if self.wants(Kinds::COMMAND) {
             self.emit(Event::Command {
@@ -37,7 +43,6 @@ impl Firmware {
                 bytes: Bytes::copy_from_slice(text),
             });
         }
-        self.finds(mnemonic);
     }
 
     /// `0`: a command has been executed.

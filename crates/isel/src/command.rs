@@ -186,7 +186,7 @@ impl Firmware {
     /// The end of a data field that is not being stored.
     pub(crate) fn lone_end(&mut self, text: &[u8]) {
         if self.state.model.quirks.lone_end == LoneEnd::Done {
-            self.announce(self.mnemonic(Mode::Stored, Op::End), text);
+            self.note_command(self.mnemonic(Mode::Stored, Op::End), text);
             self.done(Mode::Stored, Op::End);
         } else if self.wants(Kinds::COMMAND) {
             let bytes = Bytes::copy_from_slice(text);

@@ -227,7 +227,7 @@ impl Firmware {
                 "no motion was stopped, and a line of the program was refused when it was stored"
             }
             Some(Validity::Valid) => {
-                "no motion was stopped; the program is begun with START (command_set)"
+                "no motion was stopped; the program is begun with START (start_at_rest)"
             }
         }
     }
