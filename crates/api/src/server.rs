@@ -10,11 +10,12 @@ use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Query, RawPathParams, Request, State};
-use axum::http::{HeaderMap, HeaderValue, Method, Response, StatusCode, header};
+use axum::http::{self, HeaderMap, HeaderValue, Method, Response, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::routing::{MethodFilter, get, on};
 use axum::serve::Listener;
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use thiserror::Error;
@@ -169,6 +170,7 @@ async fn receive(mut listener: TcpListener, service: Router) {
         // Small answers are not to wait for more.
         let _ = stream.set_nodelay(true);
         let service = TowerToHyperService::new(service.clone());
+        let service = service_fn(move |request| service.call(without_double_slash(request)));
         tokio::spawn(async move {
             let _place = place;
             let mut connection = http1::Builder::new();
@@ -178,6 +180,20 @@ async fn receive(mut listener: TcpListener, service: Router) {
             let _ = connection.with_upgrades().await;
         });
     }
+}
+
+/// Reads `//v1` as `/v1`: a client that joins the printed address and a path writes it.
+fn without_double_slash<B>(mut request: http::Request<B>) -> http::Request<B> {
+    let uri = request.uri();
+    let target = uri.path_and_query().map(http::uri::PathAndQuery::as_str).unwrap_or_default();
+    if target.starts_with("//") {
+        let mut parts = uri.clone().into_parts();
+        parts.path_and_query = format!("/{}", target.trim_start_matches('/')).parse().ok();
+        if let Ok(uri) = http::Uri::from_parts(parts) {
+            *request.uri_mut() = uri;
+        }
+    }
+    request
 }
 
 // --- requests ---

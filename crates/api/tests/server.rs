@@ -213,6 +213,20 @@ fn host_says(emulator: &Emulator, commands: &str) {
 
 // --- what it can do ---
 
+/// The printed address ends with a slash, and a path begins with one.
+#[test]
+fn two_slashes_at_the_beginning_are_one() {
+    let served = serve(Clock::Manual, 1, Some("0123456789abcdef"));
+    assert_eq!(served.get("//v1/docs").status, 200);
+    assert_eq!(served.get("//").status, 200);
+    // And ask for the token where one does.
+    assert_eq!(served.get("//v1/controllers").status, 401);
+    let own = "Authorization: Bearer 0123456789abcdef\r\n";
+    assert_eq!(served.raw("GET", "//v1/controllers?x=1", own, "").status, 422);
+    assert_eq!(served.raw("GET", "///v1/controllers", own, "").status, 200);
+    assert_eq!(served.raw("GET", "/v1//controllers", own, "").status, 404);
+}
+
 #[test]
 fn orders_are_those_of_standard_input() {
     let served = serve(Clock::Manual, 2, None);

@@ -19,6 +19,6 @@ pub use job::{
 };
 pub use machine::{Axes, Axis, End, Machine, Measure, Motor, Reference, Unit};
 pub use plant::{Contact, Followed, Jams, Panel, Plant};
-pub use profile::{Builtins, ProfileError, parse_profile, profile_text};
+pub use profile::{Builtins, ProfileError, parse_profile, profile_text, with_all_missing};
 pub use signal::PlantSignal;
 pub use slide::{Slide, Way};

@@ -525,4 +525,24 @@ mod tests {
         let error = Machine::from_toml("name = \"x\"\ntilt = 3\n").unwrap_err();
         assert!(error.span.is_some(), "{error:?}");
     }
+
+    #[test]
+    fn all_missing_fields_are_told_at_once() {
+        let mill = Machine::builtin_toml("mill").unwrap();
+        let complete: toml::Table = mill.parse().unwrap();
+        let mut fields = Vec::new();
+        for field in complete.keys() {
+            let mut table = complete.clone();
+            table.remove(field);
+            let error = Machine::from_toml(&table.to_string()).err();
+            let is_missing = error.is_some_and(|error| error.message.starts_with("missing field"));
+            fields.extend(is_missing.then_some(format!("`{field}`")));
+        }
+        assert!(fields.len() > 1, "{fields:?}");
+        let error = Machine::from_toml("").unwrap_err();
+        assert!(error.message.starts_with("missing fields "), "{}", error.message);
+        for field in fields {
+            assert!(error.message.contains(&field), "{field}: {}", error.message);
+        }
+    }
 }

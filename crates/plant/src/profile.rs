@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use toml::{Table, Value};
 
 /// Why a profile was not accepted, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -128,7 +129,10 @@ macro_rules! profiles {
             ///
             /// If it is not TOML, has unknown or missing keys, or an impossible value.
             pub fn from_toml(text: &str) -> Result<Self, $crate::ProfileError> {
-                let profile: Self = $crate::parse_profile(text)?;
+                let profile = $crate::parse_profile(text);
+                let profile: Self = profile.map_err(|error| {
+                    $crate::with_all_missing::<Self>(error, text, &[$($text),+])
+                })?;
                 let check: fn(&Self, &str) -> Result<(), $crate::ProfileError> = $check;
                 check(&profile, text)?;
                 Ok(profile)
@@ -146,6 +150,65 @@ pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError>
                 .to_owned(),
         span: error.span(),
     })
+}
+
+/// The error of a profile that lacks a field, with all fields that it lacks. Values for them come from the
+/// built-in profiles, one after the other, until no field is missing.
+#[must_use]
+pub fn with_all_missing<T: DeserializeOwned>(
+    error: ProfileError,
+    text: &str,
+    builtins: &[&str],
+) -> ProfileError {
+    let Ok(mut own) = text.parse::<Table>().map(Value::Table) else { return error };
+    let builtins: Vec<Value> =
+        builtins.iter().filter_map(|text| Some(Value::Table(text.parse().ok()?))).collect();
+    let mut names = Vec::new();
+    let mut message = error.message.clone();
+    while let Some(field) = missing_field(&message) {
+        let found = builtins.iter().find_map(|other| {
+            let mut candidate = own.clone();
+            let name = fill(&mut candidate, other, field, "")?;
+            let after = candidate.clone().try_into::<T>().err();
+            let after = after.map(|error| error.message().to_owned()).unwrap_or_default();
+            (after != message).then_some((candidate, name, after))
+        });
+        let Some((filled, name, after)) = found else { break };
+        (own, message) = (filled, after);
+        names.push(format!("`{name}`"));
+    }
+    match names.as_slice() {
+        [] | [_] => error,
+        [all @ .., last] => {
+            let message = format!("missing fields {} and {last}", all.join(", "));
+            ProfileError { message, ..error }
+        }
+    }
+}
+
+/// The field that an error of a profile misses.
+fn missing_field(message: &str) -> Option<&str> {
+    message.trim().strip_prefix("missing field `")?.strip_suffix('`')
+}
+
+/// Puts a field into the first table that lacks it and has it in another profile. Returns its name with those of the
+/// tables around it.
+fn fill(own: &mut Value, other: &Value, field: &str, path: &str) -> Option<String> {
+    match (own, other) {
+        (Value::Table(own), Value::Table(other)) => {
+            if let (Some(value), false) = (other.get(field), own.contains_key(field)) {
+                own.insert(field.to_owned(), value.clone());
+                return Some(format!("{path}{field}"));
+            }
+            own.iter_mut().find_map(|(key, value)| {
+                fill(value, other.get(key)?, field, &format!("{path}{key}."))
+            })
+        }
+        (Value::Array(own), Value::Array(other)) => own
+            .iter_mut()
+            .find_map(|value| other.iter().find_map(|other| fill(value, other, field, path))),
+        _ => None,
+    }
 }
 
 /// The TOML text of a profile that was serialised in another form, so that it can be read and
