@@ -170,27 +170,29 @@ fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
         random =
             random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let delay = Duration::from_micros((random >> 33) % 20_000);
-        let mut talker = client.try_clone().unwrap();
-        let talks = std::thread::spawn(move || {
-            // Until the line is dead. Several commands are under way at any time.
-            while talker.write_all(b"@0A7,900\r@0P\r@0A-7,900\r@0P\r").is_ok() {}
-        });
         let (hears, heard) = std::sync::mpsc::channel();
-        let listens = std::thread::spawn(move || {
-            let mut seen = b"0".to_vec();
+        let talks = std::thread::spawn(move || {
+            // Several commands are under way at any time, but not without end: instant time goes on
+            // when the line is silent.
+            let commands = b"@0A7,900\r@0P\r@0A-7,900\r@0P\r";
+            let replies = 40;
+            let (mut seen, mut sent, mut is_alive) = (b"0".to_vec(), 0, true);
             let mut buffer = [0; 4_096];
-            while let Ok(count @ 1..) = client.read(&mut buffer) {
+            loop {
+                while is_alive && sent < seen.len() / replies + 8 {
+                    is_alive = client.write_all(commands).is_ok();
+                    sent += 1;
+                }
+                let Ok(count @ 1..) = client.read(&mut buffer) else { return seen };
                 seen.extend(&buffer[..count]);
                 let _ = hears.send(());
             }
-            seen
         });
         heard.recv_timeout(process::limits::LIMIT).unwrap();
         std::thread::sleep(delay);
         serve.child.kill().unwrap();
         serve.child.wait_in_time().unwrap();
-        let seen = joined("the end of the events", listens);
-        joined("the end of the conversation", talks);
+        let seen = joined("the end of the conversation", talks);
         let path = folder.path().join(&file);
         let recording = read(&path);
         let recorded = out(&recording);
