@@ -46,6 +46,11 @@ impl Failure {
         failure
     }
 
+    /// The same at the end of a command that has done its work.
+    pub(crate) fn at_the_end(self) -> Failure {
+        Failure { code: 1, ..self }
+    }
+
     /// The same where nothing has begun yet.
     pub(crate) fn begins_nothing(self) -> Failure {
         Failure { code: 2, ..self }

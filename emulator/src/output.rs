@@ -35,9 +35,14 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
 /// If it could not. A reader of standard output that has gone is not an error.
 pub(crate) fn written_to(path: &Path, written: io::Result<()>) -> Result<(), Failure> {
     match written {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe && is_standard(path) => Ok(()),
+        Err(error) if has_no_reader(path, &error) => Ok(()),
         written => written.map_err(|error| unwritable(path, &error)),
     }
+}
+
+/// Whether an error only means that the reader of standard output has gone.
+pub(crate) fn has_no_reader(path: &Path, error: &io::Error) -> bool {
+    error.kind() == ErrorKind::BrokenPipe && is_standard(path)
 }
 
 /// A new file for what is drawn, at a name that somebody has given. What is drawn to a stream that is open

@@ -30,7 +30,7 @@ use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
 use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered, of_flash};
-use crate::recording::drawn::Live;
+use crate::recording::served::Live;
 use crate::traces;
 use crate::values::size;
 use crate::waves::{Drawn, Sheets};
@@ -61,11 +61,11 @@ VIMC4_LOG=warn, info, debug or trace writes what happens to standard error, as s
 ",
     here!(
         "\
-Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
-not begin, 131 it was ended by SIGQUIT (Ctrl-\\).",
+Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself or a waveform
+is not complete, 2 it could not begin, 131 it was ended by SIGQUIT (Ctrl-\\).",
         "\
 Exit codes: 0 it was ended by quit, by Ctrl-C, Ctrl-Break or the end of its window, or with standard
-input, 1 it ended by itself, 2 it could not begin."
+input, 1 it ended by itself or a waveform is not complete, 2 it could not begin."
     )
 );
 
@@ -265,7 +265,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                         let ready = announce(&arguments, &emulators, &doors);
                         answers.give(answers.room().await, ready);
                         let waits = arguments.until_stdin_closes;
-                        attend(&emulators, endings, &answers, waits, &doors).await
+                        attend(&emulators, &mut endings, &answers, waits, &doors).await
                     }
                     Err(failure) => Err(failure),
                 }
@@ -273,12 +273,22 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             Ok(Err(failure)) => Err(failure),
             Err(code) => Ok(code),
         };
+        let names = Live::names(&drawn);
         let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
-        let kept = counted.keep().and(Live::finish_all(drawn));
-        let end = end.and_then(|code| kept.map(|()| code));
-        let _ = timeout(STANDSTILL, answers.written()).await;
-        end
+        let finish = async {
+            let kept = counted.keep().and(Live::finish_all(drawn).await);
+            let end = end.and_then(|code| kept.map(|()| code));
+            let _ = timeout(STANDSTILL, answers.written()).await;
+            end
+        };
+        tokio::select! {
+            biased;
+            end = finish => end,
+            _ = endings.told() => Err(Failure::midway(format!(
+                "ended at once, at the second request{names}"
+            ))),
+        }
     });
     // Dropping it would drop every controller that has not ended. They leave nothing behind, and
     // the system is quicker.
@@ -319,7 +329,7 @@ pub(crate) async fn finish(
 ) -> Result<(), Failure> {
     let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
-    counted.keep().and(Live::finish_all(drawn))
+    counted.keep().and(Live::finish_all(drawn).await)
 }
 
 /// The controllers whose coverage is kept when they have ended, and where.
@@ -438,7 +448,7 @@ pub(crate) async fn start(
         if let Some(sheets) = sheets(&arguments.drawn, several).await? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
-            let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets)?;
+            let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets, log)?;
             drawn.push(live);
             builder = builder.sink(watcher);
         }
@@ -567,7 +577,7 @@ fn is_open_to_others(address: &SocketAddr) -> bool {
 /// Carries out typed orders until the end is requested.
 async fn attend(
     emulators: &[Emulator],
-    mut endings: Endings,
+    endings: &mut Endings,
     answers: &Answers,
     until_stdin_closes: bool,
     doors: &Doors,

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
 use std::io::{self, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::places::{in_name, numbered};
 use crate::streams::{is_file, is_null};
+use crate::text::shown_in_line;
 
 /// Of each option by itself: that of a whole struct would stay for the options that follow.
 const HEADING: &str = "Waveforms";
@@ -44,6 +46,8 @@ pub(crate) struct Sheets {
     files: Vec<Page>,
     /// The waveforms beside which stands what a viewer shows first.
     waveforms: Vec<PathBuf>,
+    /// How often something was written to any of the files.
+    writes: Arc<AtomicU64>,
 }
 
 /// A device that is being drawn.
@@ -80,7 +84,8 @@ impl Drawn {
             output::must_be_file(path, "the beginning of this format is written last")?;
         }
         let waveforms = [&vcd, &fst].into_iter().flatten().cloned().collect();
-        let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms };
+        let writes = Arc::default();
+        let mut sheets = Sheets { sheets: Vec::new(), files: Vec::new(), waveforms, writes };
         if let Some(path) = vcd {
             let page = sheets.page(path)?;
             sheets.sheets.push(Box::new(Vcd::new(page)));
@@ -103,9 +108,20 @@ impl Drawn {
 
 impl Sheets {
     fn page(&mut self, path: PathBuf) -> Result<Page, Failure> {
-        let page = Page::new(path)?;
+        let page = Page::new(path, Arc::clone(&self.writes))?;
         self.files.push(page.clone());
         Ok(page)
+    }
+
+    /// How often something was written to any of the files: while that grows, they are not stuck.
+    pub(crate) fn writes(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.writes)
+    }
+
+    /// The names of the files.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let name = |page: &Page| shown_in_line(&page.lock().path.display().to_string());
+        self.files.iter().map(name).collect()
     }
 
     /// Begins to draw a controller of a model, as it is now.
@@ -171,6 +187,14 @@ impl Waves {
         self.analyser.look(device, drives(&self.model));
     }
 
+    /// Writes everything that has been drawn, and calls `say` for each file that can no longer be
+    /// written, once. Returns whether no file is left.
+    pub(crate) fn flush(&mut self, say: &mut dyn FnMut(&str)) -> bool {
+        self.analyser.flush();
+        // Each of them.
+        self.files.iter().map(|page| page.tell(say)).fold(true, |all, has_failed| all & has_failed)
+    }
+
     /// Draws the rest, up to this time.
     ///
     /// # Errors
@@ -197,7 +221,11 @@ struct Page(Arc<Mutex<Written>>);
 struct Written {
     path: PathBuf,
     file: File,
+    /// Whether places in it can be named: a pipe has none.
+    has_offsets: bool,
     size: u64,
+    writes: Arc<AtomicU64>,
+    is_failure_told: bool,
     outcome: io::Result<()>,
     began: Instant,
     bar: Option<ProgressBar>,
@@ -207,11 +235,34 @@ struct Written {
 const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
 impl Page {
-    fn new(path: PathBuf) -> Result<Page, Failure> {
+    fn new(path: PathBuf, writes: Arc<AtomicU64>) -> Result<Page, Failure> {
         let file = output::create(&path)?;
-        let (outcome, began) = (Ok(()), Instant::now());
-        let written = Written { path, file, size: 0, outcome, began, bar: None };
+        let written = Written {
+            has_offsets: is_file(&path),
+            path,
+            file,
+            size: 0,
+            writes,
+            is_failure_told: false,
+            outcome: Ok(()),
+            began: Instant::now(),
+            bar: None,
+        };
         Ok(Page(Arc::new(Mutex::new(written))))
+    }
+
+    /// Says, once, that it can no longer be written. Returns whether that is so.
+    fn tell(&self, say: &mut dyn FnMut(&str)) -> bool {
+        let mut written = self.lock();
+        let Err(error) = &written.outcome else { return false };
+        if !written.is_failure_told && !output::has_no_reader(&written.path, error) {
+            say(&format!(
+                "cannot write {}: {error}; it ends there, and the controllers go on",
+                written.path.display()
+            ));
+        }
+        written.is_failure_told = true;
+        true
     }
 
     fn lock(&self) -> MutexGuard<'_, Written> {
@@ -229,6 +280,12 @@ impl Page {
 }
 
 impl Written {
+    fn write_at(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        self.file.seek(SeekFrom::Start(offset))?;
+        self.file.write_all(bytes)?;
+        self.file.seek(SeekFrom::Start(self.size)).map(drop)
+    }
+
     /// Shows how far it has come to somebody who waits for it.
     fn show(&mut self) {
         if self.bar.is_none() {
@@ -250,15 +307,15 @@ impl Paper for Page {
         if written.outcome.is_ok() {
             written.outcome = written.file.write_all(bytes);
             written.size += bytes.len() as u64;
+            written.writes.fetch_add(1, Ordering::Relaxed);
             written.show();
         }
     }
 
-    fn put_over(&mut self, bytes: &[u8]) {
+    fn put_at(&mut self, offset: u64, bytes: &[u8]) {
         let mut written = self.lock();
-        if written.outcome.is_ok() {
-            let start = written.file.seek(SeekFrom::Start(0));
-            written.outcome = start.and_then(|_| written.file.write_all(bytes));
+        if written.outcome.is_ok() && written.has_offsets {
+            written.outcome = written.write_at(offset, bytes);
         }
     }
 }

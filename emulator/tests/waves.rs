@@ -8,10 +8,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use rustix::process::Signal;
 use serde_json::Value;
 
 #[expect(dead_code, reason = "each test uses its part of it")]
@@ -260,6 +264,141 @@ fn an_interrupted_run_leaves_whole_files() {
     }
 }
 
+/// Sends a hundred queries at once and reads the answers, for as long as this.
+fn poll_for(port: &mut TcpStream, time: Duration) {
+    let queries = "@0P\r".repeat(100);
+    let begun = Instant::now();
+    while begun.elapsed() < time {
+        ask(port, &queries, 1_900);
+    }
+}
+
+/// The most memory that a process has had, in kB.
+fn most_memory(process: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
+    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+const FORMATS: [&str; 8] =
+    ["--vcd", "of.vcd", "--fst", "of.fst", "--csv", "of.csv", "--perfetto", "of.json"];
+
+/// However fast a client polls, memory stays bounded and the end comes at once. Here nothing is
+/// optimised and other tests run beside this one: the limits are a few times those of docs/waves.md.
+fn a_client_that_polls_costs_neither_memory_nor_time_at_the_end() {
+    for clock in ["real", "8x", "instant"] {
+        let folder = folder();
+        let arguments = [&["--pty", "none", "--time", clock][..], &FORMATS].concat();
+        let (mut serve, ready) = Process::serve(folder.path(), &arguments);
+        let mut port = connect(tcp(&ready, 0));
+        assert_eq!(ask(&mut port, "@07\r", 1), "0");
+        poll_for(&mut port, Duration::from_millis(200));
+        let before = most_memory(serve.child.id());
+        poll_for(&mut port, Duration::from_secs(2));
+        let most = most_memory(serve.child.id());
+        assert!(most < before + 40_000, "{clock}: {before} kB, then {most} kB");
+        assert_eq!(ask(&mut port, "@0A 31,900,0,900,0,900,0,900\r", 1), "0");
+        serve.signal(Signal::TERM);
+        let asked = Instant::now();
+        assert_eq!(serve.ended().code(), Some(0), "{clock}");
+        assert!(asked.elapsed() < Duration::from_secs(10), "{clock}: {:?}", asked.elapsed());
+        let drawn = read(&folder.path().join("of.vcd"));
+        assert_eq!(rises(&drawn, "imc4.x.step").len(), 31, "{clock}");
+    }
+}
+
+/// The files of a program that is killed have everything but the last moments, on any clock.
+fn a_killed_controller_leaves_files_that_open() {
+    for clock in ["real", "8x", "instant"] {
+        let folder = folder();
+        let path = |name: &str| folder.path().join(name);
+        let arguments = [&["--pty", "none", "--time", clock][..], &FORMATS].concat();
+        let (mut serve, ready) = Process::serve(folder.path(), &arguments);
+        let mut port = connect(tcp(&ready, 0));
+        assert_eq!(ask(&mut port, "@07\r", 1), "0");
+        poll_for(&mut port, Duration::from_millis(300));
+        assert_eq!(ask(&mut port, "@0A 31,900,0,900,0,900,0,900\r", 1), "0");
+        // Nothing more happens, and the program goes on: what was due is written all the same.
+        for (file, last) in [("of.csv", ",x.position,31\n"), ("of.json", "\"args\":{\"steps\":31}")]
+        {
+            process::until(&format!("{clock}: {file} has the last step"), || {
+                fs::read_to_string(path(file)).unwrap().contains(last)
+            });
+        }
+        assert!(serve.child.try_wait().unwrap().is_none());
+        serve.child.kill().unwrap();
+        serve.child.wait().unwrap();
+        let drawn = read(&path("of.vcd"));
+        assert_eq!(rises(&drawn, "imc4.x.step").len(), 31, "{clock}");
+        let trace: Value = serde_json::from_slice(&fs::read(path("of.json")).unwrap()).unwrap();
+        assert!(trace["traceEvents"].is_array(), "{clock}");
+        assert!(fs::read_to_string(path("of.csv")).unwrap().ends_with('\n'), "{clock}");
+        // What is compressed has the same, if there is a reader.
+        let mut other = Command::new("fst2vcd");
+        let other = other.args(["of.fst", "-o", "other.vcd"]).current_dir(folder.path());
+        if let Ok(status) = other.status() {
+            assert!(status.success(), "{clock}");
+            assert_eq!(read(&path("other.vcd"))["imc4.x.position"].last().unwrap().1, "31");
+        }
+    }
+}
+
+/// A file that can no longer be written ends there, which is said at once; everything else goes on.
+fn a_full_disk_ends_only_the_file() {
+    let folder = folder();
+    let arguments = ["--pty", "none", "--csv", "/dev/full", "--vcd", "of.vcd"];
+    let (mut serve, ready) = Process::serve(folder.path(), &arguments);
+    let errors = serve.errors();
+    let said = errors.recv_timeout(process::LIMIT).unwrap();
+    let words = "cannot write /dev/full: No space left on device (os error 28); it ends there, and \
+                 the controllers go on";
+    assert_eq!(said, words);
+    let mut port = connect(tcp(&ready, 0));
+    assert_eq!(ask(&mut port, "@07\r", 1), "0");
+    assert_eq!(ask(&mut port, "@0A 31,900,0,900,0,900,0,900\r", 1), "0");
+    serve.give("quit\n");
+    assert_eq!(serve.ended().code(), Some(1));
+    let rest = errors.iter().collect::<Vec<_>>().join("\n");
+    assert!(rest.contains("cannot write /dev/full"), "{rest}");
+    assert_eq!(rises(&read(&folder.path().join("of.vcd")), "imc4.x.step").len(), 31);
+}
+
+/// A reader that stands still does not keep the program from ending, and a second signal ends it at once.
+fn a_reader_that_stands_still_does_not_hold_up_the_end() {
+    for signals in [1, 2] {
+        let folder = folder();
+        let pipe = folder.path().join("pipe");
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        // Open for both, it waits for nobody, and nobody reads what is written.
+        let reader = fs::OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
+        let (mut serve, ready) = Process::serve(folder.path(), &["--csv", "pipe"]);
+        let mut port = connect(tcp(&ready, 0));
+        // More than a pipe takes; in the end the client is not heard any more.
+        port.set_nonblocking(true).unwrap();
+        let commands = "@01\r@07\r".repeat(1_000);
+        let mut answers = vec![0; 100_000];
+        let (mut sent, mut quiet) = (0, 0);
+        process::until("it takes no more", || {
+            let taken = port.write(commands.as_bytes()).unwrap_or(0);
+            let answered = port.read(&mut answers).unwrap_or(0);
+            (sent, quiet) = (sent + taken, if taken + answered > 0 { 0 } else { quiet + 1 });
+            quiet == 100
+        });
+        serve.signal(Signal::TERM);
+        if signals == 2 {
+            let link = folder.path().join("vimc4.pty");
+            process::until("it ends", || fs::symlink_metadata(&link).is_err());
+            serve.signal(Signal::TERM);
+        }
+        let (code, errors) = serve.end();
+        assert_eq!(code, Some(1), "{errors}");
+        let words = ["cannot finish pipe: its reader", "ended at once, at the second request"];
+        assert!(errors.contains(words[signals - 1]), "{errors}");
+        drop(reader);
+        assert!(sent > 0);
+    }
+}
+
 /// GTKWave's own reader of its own format.
 fn fst2vcd_reads_the_same() {
     let folder = folder();
@@ -318,6 +457,21 @@ fn main() -> ExitCode {
             a_run_that_ends_sooner_is_drawn_the_same_up_to_there,
         ),
         test("what is served is drawn as its recording", what_is_served_is_drawn_as_its_recording),
+        test(
+            "a client that polls costs neither memory nor time at the end",
+            a_client_that_polls_costs_neither_memory_nor_time_at_the_end,
+        )
+        .with_ignored_flag(!cfg!(target_os = "linux")),
+        test(
+            "a killed controller leaves files that open",
+            a_killed_controller_leaves_files_that_open,
+        ),
+        test("a full disk ends only the file", a_full_disk_ends_only_the_file)
+            .with_ignored_flag(!cfg!(target_os = "linux")),
+        test(
+            "a reader that stands still does not hold up the end",
+            a_reader_that_stands_still_does_not_hold_up_the_end,
+        ),
         test("a file that somebody has is left", a_file_that_somebody_has_is_left),
         test("the manual shows what is printed", the_manual_shows_what_is_printed),
         test(&name, fst2vcd_reads_the_same).with_ignored_flag(!gtkwave && !required),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
+use std::task::{Context, Poll};
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
@@ -361,6 +362,13 @@ pub trait Sink: Send {
     /// Time has passed up to then, and everything that was due has been told. It wants to be told of a
     /// later time from now on, or of none.
     fn passes(&mut self, _at: Time) {}
+
+    /// Whether it can take more reports, for sinks with a slower reader behind them. Until it can, the
+    /// controller reads nothing from its clients, and time that jumps stands still. The sink wakes the
+    /// task when it can take more.
+    fn poll_ready(&mut self, _cx: &mut Context<'_>) -> Poll<()> {
+        Poll::Ready(())
+    }
 
     /// Whether it has seen enough; asked after each report. If so, it is
     /// detached.

@@ -108,6 +108,9 @@ impl<D: Device + Clone> Drive<D> {
             self.hold_up_journey();
             return false;
         }
+        if self.is_held_up() {
+            return false;
+        }
         if self.journey.is_none()
             && let Some((by, destination, ticket)) = self.later.pop_front()
         {
@@ -153,7 +156,8 @@ impl<D: Device + Clone> Drive<D> {
                 }
                 let Some(due) = self.next_look() else { return };
                 self.rig.step(due);
-                if self.rig.has_to_stop() || began.elapsed() >= BATCH_TIME {
+                let is_over = began.elapsed() >= BATCH_TIME;
+                if is_over || self.rig.has_to_stop() || self.is_held_up() {
                     return;
                 }
             }
@@ -174,11 +178,17 @@ impl<D: Device + Clone> Drive<D> {
                     return (causes, true);
                 }
             }
-            if self.rig.has_to_stop() || began.elapsed() >= BATCH_TIME {
+            let is_over = began.elapsed() >= BATCH_TIME;
+            if is_over || self.rig.has_to_stop() || self.is_held_up() {
                 return (causes + 1, false);
             }
         }
         (most, false)
+    }
+
+    /// Whether time that jumps has to wait for a sink.
+    fn is_held_up(&mut self) -> bool {
+        !self.pace.runs() && self.rig.sinks.are_full()
     }
 
     /// Whether something is to be done by then, or the device is behind its clock.

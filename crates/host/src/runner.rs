@@ -358,7 +358,13 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             // Before anything is received: a client that never stops sending gets its answers too.
             self.drive.rig.wire.poll_send(cx);
-            if !self.drive.is_away() {
+            let sinks = &mut self.drive.rig.sinks;
+            let were_full = sinks.were_full();
+            let are_full = sinks.poll_ready(cx).is_pending();
+            if were_full && !are_full {
+                return Poll::Ready(Woken::Time);
+            }
+            if !are_full && !self.drive.is_away() {
                 // A client that never stops sending does not keep jobs waiting.
                 if std::mem::take(&mut self.was_heard)
                     && let Poll::Ready(Some(job)) = self.poll_jobs(cx)

@@ -1,6 +1,7 @@
 //! The sinks that watch a controller.
 
 use std::sync::Arc;
+use std::task::{Context, Poll, Waker};
 
 use vimc4_device::{Device, Time};
 
@@ -22,6 +23,8 @@ pub(crate) struct Sinks {
     wants: Wants,
     /// When one of them wants to be told that time has passed.
     due: Option<Time>,
+    /// Whether one of them could take no more when it was asked last.
+    is_full: bool,
 }
 
 /// A sink, and what it wants.
@@ -121,6 +124,23 @@ impl Sinks {
         for Watching { sink, .. } in self.watching.iter_mut().filter(|of| of.wants.inputs) {
             sink.settled(at, state);
         }
+    }
+
+    /// Waits until all of them can take more reports.
+    pub(crate) fn poll_ready(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let waits = |of: &mut Watching| of.sink.poll_ready(cx).is_pending();
+        self.is_full = self.watching.iter_mut().map(waits).fold(false, |any, waits| any | waits);
+        if self.is_full { Poll::Pending } else { Poll::Ready(()) }
+    }
+
+    /// Whether one of them can take no more now.
+    pub(crate) fn are_full(&mut self) -> bool {
+        self.poll_ready(&mut Context::from_waker(Waker::noop())).is_pending()
+    }
+
+    /// Whether one of them could take no more when it was asked last.
+    pub(crate) fn were_full(&self) -> bool {
+        self.is_full
     }
 
     /// When one of them wants to be told that time has passed.

@@ -258,6 +258,11 @@ impl Analyser {
         self.come_to(now);
     }
 
+    /// Writes everything that has been drawn so far.
+    pub fn flush(&mut self) {
+        self.pens.flush();
+    }
+
     /// Draws the rest, up to this time, and ends.
     pub fn finish(mut self, at: Time) {
         let at = self.drawn(at).max(self.now);

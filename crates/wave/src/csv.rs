@@ -46,6 +46,10 @@ impl<P: Paper> Sheet for Csv<P> {
         self.ink.flow();
     }
 
+    fn flush(&mut self) {
+        self.ink.dry();
+    }
+
     fn end(&mut self, _at: Time) {
         self.ink.dry();
     }

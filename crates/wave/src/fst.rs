@@ -1,9 +1,11 @@
 //! Fast signal traces: the compressed format of GTKWave, which Surfer reads too.
 //!
-//! A file consists of sections: a header, whose end is known only at the end, the names, the widths, and
-//! any number of sections of changes. A section of changes has a table of times and, for each
+//! A file consists of sections: a header, which names the time of the last change, the names, the widths,
+//! and any number of sections of changes. A section of changes has a table of times and, for each
 //! signal, its changes one after the other, each with how many places in that table it is behind the
-//! one before.
+//! one before. A section is written as one to skip and becomes valid when it is complete. The header is
+//! written again after each section. So a file opens up to its last whole section, however the program
+//! ended.
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use vimc4_device::Time;
@@ -48,13 +50,18 @@ struct Times {
 }
 
 /// The size of the changes of a section, in bytes.
-const SECTION: usize = 8 << 20;
+const SECTION: usize = 2 << 20;
 
 /// Sorts of sections.
 const HEADER: u8 = 0;
 const WIDTHS: u8 = 3;
 const NAMES_LZ4: u8 = 6;
 const CHANGES: u8 = 8;
+const SKIPPED: u8 = 255;
+
+/// The size of what stands before the data of a section: its sort and its length. A skipped section
+/// without a length is the end for readers.
+const HEAD: usize = 9;
 
 impl<P: Paper> Fst<P> {
     /// A trace that is written there, from its beginning.
@@ -155,6 +162,25 @@ impl<P: Paper> Fst<P> {
 
     /// Ends a section of changes and begins the next.
     fn turn(&mut self) {
+        let section = section(CHANGES, &self.pack());
+        let (head, data) = section.split_at(HEAD);
+        self.ink.dry();
+        let start = self.ink.written();
+        self.ink.put(&[SKIPPED, 0, 0, 0, 0, 0, 0, 0, 0]);
+        self.ink.put(data);
+        self.ink.dry();
+        self.ink.put_at(start, head);
+        self.sections += 1;
+        let header = self.header(self.times.last);
+        self.ink.put_at(0, &header);
+        self.frame.clone_from(&self.now);
+        self.times.data.clear();
+        (self.times.count, self.times.before) = (0, self.times.last);
+        self.size = 0;
+    }
+
+    /// The data of a section of changes.
+    fn pack(&mut self) -> Vec<u8> {
         let mut data = Vec::with_capacity(self.size / 2);
         data.extend(self.times.before.to_be_bytes());
         data.extend(self.times.last.to_be_bytes());
@@ -201,23 +227,17 @@ impl<P: Paper> Fst<P> {
         for number in [self.times.data.len() as u64, times.len() as u64, self.times.count] {
             data.extend(number.to_be_bytes());
         }
-        self.ink.put(&section(CHANGES, &data));
-        self.ink.flow();
-        self.sections += 1;
-        self.frame.clone_from(&self.now);
-        self.times.data.clear();
-        (self.times.count, self.times.before) = (0, self.times.last);
-        self.size = 0;
+        data
     }
 
     /// Comes to a time.
     fn time(&mut self, at: Time) {
         let at = at.as_nanos();
-        if self.times.count > 0 && self.times.last == at {
-            return;
-        }
         if self.size + self.times.data.len() >= SECTION {
             self.turn();
+        }
+        if self.times.count > 0 && self.times.last == at {
+            return;
         }
         let since = if self.times.count == 0 { 0 } else { self.times.last };
         put_number(&mut self.times.data, at.saturating_sub(since));
@@ -282,12 +302,15 @@ impl<P: Paper> Sheet for Fst<P> {
         self.size += data.len() - before;
     }
 
+    fn flush(&mut self) {
+        if self.size > 0 {
+            self.turn();
+        }
+    }
+
     fn end(&mut self, at: Time) {
         self.time(at);
         self.turn();
-        self.ink.dry();
-        let header = self.header(self.times.last);
-        self.ink.put_over(&header);
     }
 }
 

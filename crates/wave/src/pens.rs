@@ -34,6 +34,11 @@ impl Pens {
         self.sheets.iter_mut().for_each(|sheet| sheet.span(span));
     }
 
+    /// Writes what has been drawn on all of them.
+    pub(crate) fn flush(&mut self) {
+        self.sheets.iter_mut().for_each(|sheet| sheet.flush());
+    }
+
     /// Ends all of them.
     pub(crate) fn end(&mut self, at: Time) {
         self.sheets.iter_mut().for_each(|sheet| sheet.end(at.max(self.last)));

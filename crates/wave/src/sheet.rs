@@ -15,18 +15,23 @@ pub trait Sheet: Send {
     /// Something was done that took this long. It may have begun before what was drawn last.
     fn span(&mut self, _span: &Span<'_>) {}
 
+    /// Writes everything that has been drawn. A program that is killed afterwards leaves a file that
+    /// opens up to here.
+    fn flush(&mut self);
+
     /// Nothing more comes; the last values hold up to then.
     fn end(&mut self, at: Time);
 }
 
-/// Where the bytes of a sheet go, in large pieces. What goes wrong there is the business of whoever
-/// has it.
+/// Where the bytes of a sheet go, in large pieces. The owner handles write errors.
 pub trait Paper: Send {
-    /// Bytes behind all others.
+    /// Appends bytes to those of earlier calls of `put`.
     fn put(&mut self, bytes: &[u8]);
 
-    /// Bytes in place of the first ones, once at the end.
-    fn put_over(&mut self, bytes: &[u8]);
+    /// Writes bytes at this offset from the beginning, over bytes that are there or behind the last
+    /// one. The next [`put`](Paper::put) still appends to the last `put`. Output that has no offsets,
+    /// such as a pipe, ignores it.
+    fn put_at(&mut self, offset: u64, bytes: &[u8]);
 }
 
 /// How much is collected before it is written.
@@ -36,11 +41,13 @@ const PIECE: usize = 1 << 16;
 pub(crate) struct Ink<P> {
     pub(crate) text: Vec<u8>,
     paper: P,
+    /// How many bytes have been written.
+    written: u64,
 }
 
 impl<P: Paper> Ink<P> {
     pub(crate) fn new(paper: P) -> Ink<P> {
-        Ink { text: Vec::with_capacity(PIECE + PIECE / 4), paper }
+        Ink { text: Vec::with_capacity(PIECE + PIECE / 4), paper, written: 0 }
     }
 
     pub(crate) fn put(&mut self, text: &[u8]) {
@@ -49,20 +56,31 @@ impl<P: Paper> Ink<P> {
 
     /// Writes what has been collected, if it is much.
     pub(crate) fn flow(&mut self) {
-        if self.text.len() >= PIECE {
+        if self.is_full() {
             self.dry();
         }
+    }
+
+    /// Whether much has been collected.
+    pub(crate) fn is_full(&self) -> bool {
+        self.text.len() >= PIECE
     }
 
     /// Writes what has been collected.
     pub(crate) fn dry(&mut self) {
         self.paper.put(&self.text);
+        self.written += self.text.len() as u64;
         self.text.clear();
     }
 
-    /// Writes in place of the first bytes.
-    pub(crate) fn put_over(&mut self, bytes: &[u8]) {
-        self.paper.put_over(bytes);
+    /// How many bytes have been written, without those that are still collected.
+    pub(crate) fn written(&self) -> u64 {
+        self.written
+    }
+
+    /// Writes at an offset.
+    pub(crate) fn put_at(&mut self, offset: u64, bytes: &[u8]) {
+        self.paper.put_at(offset, bytes);
     }
 }
 

@@ -22,14 +22,21 @@ impl<P: Paper> Trace<P> {
     }
 
     fn event(&mut self, text: &str, at: Time) {
+        // What is collected ends with a whole event here.
+        if self.ink.is_full() {
+            self.flush();
+        }
         let start: &[u8] = if self.is_first { b"\n" } else { b",\n" };
         self.is_first = false;
         self.ink.put(start);
         self.ink.put(text.as_bytes());
         put_micros(&mut self.ink.text, at.as_nanos());
-        self.ink.flow();
     }
 }
+
+/// What closes the trace. It stands behind the last event from the beginning, and the next event
+/// overwrites it: the file of a program that was killed is a whole trace, too.
+const END: &[u8] = b"\n]}\n";
 
 impl<P: Paper> Sheet for Trace<P> {
     fn begin(&mut self, scene: &Scene, at: Time) {
@@ -93,8 +100,15 @@ impl<P: Paper> Sheet for Trace<P> {
         self.ink.put(b"}");
     }
 
+    fn flush(&mut self) {
+        if !self.ink.text.is_empty() {
+            self.ink.dry();
+            self.ink.put_at(self.ink.written(), END);
+        }
+    }
+
     fn end(&mut self, _at: Time) {
-        self.ink.put(b"\n]}\n");
+        self.ink.put(END);
         self.ink.dry();
     }
 }

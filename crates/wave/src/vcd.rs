@@ -105,6 +105,10 @@ impl<P: Paper> Sheet for Vcd<P> {
         text.extend_from_slice(code);
     }
 
+    fn flush(&mut self) {
+        self.ink.dry();
+    }
+
     fn end(&mut self, at: Time) {
         self.time(at);
         self.ink.dry();

@@ -449,3 +449,51 @@ fn what_is_lived_after_going_back_is_drawn_after_what_was_lived_before() {
         assert_eq!(steps.len() as i64, 900 + 300 + (900 - halfway));
     }
 }
+
+/// A client that polls without a pause, on a line without pacing, sends more than the line carries.
+#[test]
+fn a_flood_of_characters_is_drawn_only_as_far_as_the_line_carries_it() {
+    let mut bench = Bench::new("imc4", "mill", false);
+    for _ in 0..200 {
+        perform(&mut bench, &[say(&["@0P"; 100].join("\r")), Deed::Wait(1)]);
+    }
+    let answered = bench.sent.len();
+    assert_eq!(answered, 200 * 100 * 19);
+    let wave = bench.finish().remove(0);
+    // 200 commands a millisecond for 0.2 s: some 16,000 characters are drawn, at 1,920 a second.
+    assert!(wave.end() < 10_000_000_000, "{}", wave.end());
+    for name in ["line.rx", "line.tx"] {
+        let drawn = read_bits(&wave.bits(name), 19_200).len();
+        assert!((16_000..20_000).contains(&drawn), "{name}: {drawn}");
+        let texts = wave.texts(&format!("{name}_text"));
+        assert_eq!(texts.last().unwrap().1, "left out: faster than the line", "{name}");
+    }
+}
+
+/// After a flush the files can be read as they are: the program may be killed.
+#[test]
+fn a_file_opens_up_to_the_last_flush() {
+    let mut bench = Bench::new("imc4", "mill", false);
+    let deeds = [say("@07"), say("@0A 900,900,-70,800,0,900,0,900"), Deed::Wait(300_000)];
+    perform(&mut bench, &deeds);
+    bench.flush();
+    perform(&mut bench, &[Deed::Wait(200_000)]);
+    let [vcd, fst] = bench.flush();
+    let [vcd, cut] = [vcd, fst.clone()].map(Wave::read);
+    assert!((440..=450).contains(&vcd.edges("x.step").len()));
+    assert_eq!(vcd.changes, cut.changes);
+    let trace = bench.written(Format::Trace);
+    let trace: serde_json::Value = serde_json::from_str(&trace).unwrap();
+    assert!(trace["traceEvents"].as_array().unwrap().len() > 20);
+    assert!(bench.written(Format::Csv).ends_with('\n'));
+    // Killed in the middle of the next section, at any byte of it.
+    perform(&mut bench, &[Deed::Wait(100_000)]);
+    let [_, more] = bench.flush();
+    for size in [9, 50, 200] {
+        let mut torn = [&fst[..], &[255, 0, 0, 0, 0, 0, 0, 0, 0]].concat();
+        torn.extend_from_slice(&more[torn.len()..fst.len() + size]);
+        assert_eq!(Wave::read(torn).changes, cut.changes, "torn after {size} bytes");
+    }
+    // It goes on to the end all the same.
+    agrees(bench);
+}

@@ -1,17 +1,11 @@
-//! What is drawn of recordings: of one that was made, and of the one that a running controller makes.
+//! Draws a controller that plays a recording: waveforms and pictures.
 
 use std::collections::VecDeque;
 use std::io::{self, Write as _};
 use std::mem;
-use std::sync::mpsc::{self, Receiver, SyncSender};
-use std::thread::{self, JoinHandle};
 
-use vimc4::{Clock, News, Report, Sink, Wants};
-use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Device as _, Kinds, Names, Output, OwnedInput, Time};
-use vimc4_timeline::recording::{
-    Entry, Given, Head, LineSort, Player, Recording, StateError, What,
-};
+use vimc4_timeline::recording::{Entry, Given, LineSort, Player, Recording, StateError, What};
 use vimc4_wave::Pacing;
 
 use super::card::seconds;
@@ -23,7 +17,7 @@ use crate::waves::{Sheets, Waves};
 use vimc4_answers::profiles::known;
 
 /// A controller that does again what was recorded, and is drawn.
-struct Drawing<'s> {
+pub(super) struct Drawing<'s> {
     player: Player<PlayedDevice>,
     site: Site,
     pacing: Pacing,
@@ -100,7 +94,11 @@ impl Drawn<'_> {
 }
 
 impl<'s> Drawing<'s> {
-    fn new(site: Site, sort: LineSort, sheets: Option<Sheets>) -> Result<Drawing<'s>, Failure> {
+    pub(super) fn new(
+        site: Site,
+        sort: LineSort,
+        sheets: Option<Sheets>,
+    ) -> Result<Drawing<'s>, Failure> {
         let player = site.player()?;
         let pacing = if sort == LineSort::Paced { Pacing::Paced } else { Pacing::Ideal };
         let names = Names::of(player.device());
@@ -129,11 +127,40 @@ impl<'s> Drawing<'s> {
         Ok(())
     }
 
-    fn take(
+    /// The time up to which it is drawn.
+    pub(super) fn now(&self) -> Time {
+        self.player.device().now()
+    }
+
+    /// An input that was given then, as recordings have it.
+    pub(super) fn given(&self, at: Time, input: &OwnedInput) -> Entry {
+        let given = Given::of(input, || self.names.clone());
+        Entry::new(at, What::Given { by: "".into(), given })
+    }
+
+    /// Draws what happens up to a time, unless the controller was led cause by cause: then only the
+    /// recording says what happens.
+    pub(super) fn pass(&mut self, at: Time) {
+        if self.player.has_begun() && !self.player.is_led() {
+            let Drawing { player, drawn, .. } = self;
+            player.run_to_seen(at, &mut |device, outputs| drawn.see(device, outputs));
+            player.said().clear();
+        }
+    }
+
+    /// Writes everything that has been drawn of the waveforms; see [`Waves::flush`].
+    pub(super) fn flush(&mut self, say: &mut dyn FnMut(&str)) -> bool {
+        self.drawn.waves.as_mut().is_some_and(|waves| waves.flush(say))
+    }
+
+    /// Draws what happens up to the next entry of the recording, and that.
+    pub(super) fn take(
         &mut self,
         entry: &Entry,
         unplayable: &dyn Fn(StateError) -> Failure,
     ) -> Result<(), Failure> {
+        // Nobody compares what comes out.
+        self.player.said().clear();
         let begins = !self.player.has_begun() && matches!(entry.what, What::State { .. });
         if !begins {
             self.begin()?;
@@ -168,7 +195,7 @@ impl<'s> Drawing<'s> {
     }
 
     /// Draws what happens up to then, and ends.
-    fn finish(mut self, at: Time) -> Result<(), Failure> {
+    pub(super) fn finish(mut self, at: Time) -> Result<(), Failure> {
         self.begin()?;
         let Drawing { mut player, mut drawn, .. } = self;
         player.run_to_seen(at, &mut |device, outputs| drawn.see(device, outputs));
@@ -200,118 +227,4 @@ pub(super) fn draw(
     }
     let end = drawing.player.device().now();
     drawing.finish(end)
-}
-
-/// How many inputs may wait to be drawn. A controller whose time does not wait is held back by its
-/// picture rather than that the picture grows without end.
-const WAITING: usize = 4_096;
-
-/// A controller that is drawn while it runs, by another thread, which does again what it does.
-pub(crate) struct Live {
-    sender: SyncSender<Told>,
-    thread: JoinHandle<Result<(), Failure>>,
-}
-
-enum Told {
-    Entry(Time, What),
-    Given(Time, OwnedInput),
-    End,
-}
-
-impl Live {
-    /// Begins to draw a controller whose time passes like this; its sink is to watch from the first
-    /// moment.
-    ///
-    /// # Errors
-    ///
-    /// If there is no thread to be had.
-    pub(crate) fn new(
-        model: &Model,
-        machine: &Machine,
-        clock: Clock,
-        sort: LineSort,
-        sheets: Sheets,
-    ) -> Result<(Live, Watcher), Failure> {
-        let head = Head {
-            line: sort,
-            ..vimc4::recording_head(model, machine, &clock.to_string(), "serve")
-        };
-        let site = Site::of_head(&head).map_err(Failure::midway)?;
-        let (sender, told) = mpsc::sync_channel(WAITING);
-        let draw = move || follow(Drawing::new(site, sort, Some(sheets))?, &told);
-        let thread = thread::Builder::new().name("waveform".to_owned()).spawn(draw);
-        let thread =
-            thread.map_err(|error| Failure::usage(format!("cannot start a thread: {error}")))?;
-        let watcher = Watcher { sender: sender.clone() };
-        Ok((Live { sender, thread }, watcher))
-    }
-
-    /// Draws the rest of what was told.
-    ///
-    /// # Errors
-    ///
-    /// If not everything could be written.
-    fn finish(self) -> Result<(), Failure> {
-        // A thread that has failed says why.
-        let _ = self.sender.send(Told::End);
-        self.thread.join().unwrap_or(Ok(()))
-    }
-
-    /// Draws the rest of each of them, whatever becomes of the others.
-    ///
-    /// # Errors
-    ///
-    /// As [`finish`](Live::finish).
-    pub(crate) fn finish_all(all: Vec<Live>) -> Result<(), Failure> {
-        all.into_iter().map(Live::finish).fold(Ok(()), Result::and)
-    }
-}
-
-fn follow(mut drawing: Drawing<'_>, told: &Receiver<Told>) -> Result<(), Failure> {
-    let mut last = Time::ZERO;
-    while let Ok(told) = told.recv() {
-        let (at, what) = match told {
-            Told::Entry(at, what) => (at, what),
-            Told::Given(at, input) => {
-                let given = Given::of(&input, || drawing.names.clone());
-                (at, What::Given { by: "".into(), given })
-            }
-            Told::End => break,
-        };
-        last = at;
-        if !matches!(what, What::News(_)) {
-            drawing.take(&Entry::new(at, what), &|error| Failure::usage(error))?;
-        }
-    }
-    drawing.finish(last)
-}
-
-/// The sink that tells the thread.
-pub(crate) struct Watcher {
-    sender: SyncSender<Told>,
-}
-
-impl Sink for Watcher {
-    fn wants(&self) -> Wants {
-        Wants::INPUTS
-    }
-
-    fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
-        use vimc4::What as Reported;
-        let told = match &report.what {
-            Reported::Input { input, .. } => Told::Given(report.at, input.clone()),
-            Reported::State { by, state } => {
-                let by = by.as_ref().map(|by| by.to_string().into());
-                Told::Entry(report.at, What::State { by, state: state.clone() })
-            }
-            Reported::Stands { causes } => Told::Entry(report.at, What::Stands(*causes)),
-            Reported::Goes => Told::Entry(report.at, What::Goes),
-            Reported::News(News::Ends) => {
-                Told::Entry(report.at, What::News(serde_json::Value::Null))
-            }
-            _ => return,
-        };
-        // A thread that can no longer write has ended.
-        let _ = self.sender.send(told);
-    }
 }

@@ -12,6 +12,7 @@ pub(crate) mod less;
 #[cfg(feature = "api")]
 pub(crate) mod page;
 pub(crate) mod replay;
+pub(crate) mod served;
 pub(crate) mod tap;
 #[cfg(test)]
 mod tests;

@@ -12,21 +12,39 @@ use vimc4_wave::{Analyser, Csv, Drives, Fst, Pacing, Paper, Scene, Trace, Vcd};
 
 /// A file in memory.
 #[derive(Clone, Default)]
-pub(crate) struct Shared(Arc<Mutex<Vec<u8>>>);
+pub(crate) struct Shared(Arc<Mutex<Contents>>);
+
+#[derive(Default)]
+struct Contents {
+    bytes: Vec<u8>,
+    /// Where the next bytes are appended.
+    end: usize,
+}
+
+impl Contents {
+    fn write(&mut self, offset: usize, bytes: &[u8]) {
+        let length = self.bytes.len().max(offset + bytes.len());
+        self.bytes.resize(length, 0);
+        self.bytes[offset..offset + bytes.len()].copy_from_slice(bytes);
+    }
+}
 
 impl Shared {
     fn bytes(&self) -> Vec<u8> {
-        self.0.lock().unwrap().clone()
+        self.0.lock().unwrap().bytes.clone()
     }
 }
 
 impl Paper for Shared {
     fn put(&mut self, bytes: &[u8]) {
-        self.0.lock().unwrap().extend_from_slice(bytes);
+        let mut contents = self.0.lock().unwrap();
+        let end = contents.end;
+        contents.write(end, bytes);
+        contents.end += bytes.len();
     }
 
-    fn put_over(&mut self, bytes: &[u8]) {
-        self.0.lock().unwrap()[..bytes.len()].copy_from_slice(bytes);
+    fn put_at(&mut self, offset: u64, bytes: &[u8]) {
+        self.0.lock().unwrap().write(usize::try_from(offset).unwrap(), bytes);
     }
 }
 
@@ -228,12 +246,23 @@ impl Bench {
 
     pub(crate) fn text(&mut self, format: Format) -> String {
         self.end();
+        self.written(format)
+    }
+
+    /// What a file has so far.
+    pub(crate) fn written(&self, format: Format) -> String {
         let file = match format {
             Format::Vcd => &self.vcd,
             Format::Csv => &self.csv,
             Format::Trace => &self.trace,
         };
         String::from_utf8(file.bytes()).unwrap()
+    }
+
+    /// Writes what has been drawn, and returns the waveforms as they are then in the files.
+    pub(crate) fn flush(&mut self) -> [Vec<u8>; 2] {
+        self.analyser.as_mut().unwrap().flush();
+        [self.vcd.bytes(), self.fst.bytes()]
     }
 }
 
