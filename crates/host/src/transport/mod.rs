@@ -33,6 +33,12 @@ mod watch;
 #[cfg(all(unix, feature = "pty", not(target_os = "linux")))]
 #[path = "watch_other.rs"]
 mod watch;
+#[cfg(all(target_os = "linux", feature = "pty"))]
+#[path = "writes_linux.rs"]
+mod writes;
+#[cfg(all(unix, feature = "pty", not(target_os = "linux")))]
+#[path = "writes_other.rs"]
+mod writes;
 
 use std::collections::VecDeque;
 use std::sync::Arc;

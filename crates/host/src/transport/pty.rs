@@ -14,6 +14,7 @@ use super::near::Near;
 use super::outbox::Outbox;
 use super::terminal::LineSettings;
 use super::watch::{Seen, Watch};
+use super::writes::{Writer, Writes};
 use super::{Received, Sent, Transport, take};
 use crate::News;
 
@@ -48,6 +49,7 @@ pub struct Pty {
     near: Near,
     outbox: Outbox,
     watch: Watch,
+    writes: Writes,
     seen: Seen,
     /// It counts as closed since the last answer, which may be a mistake.
     unsure: bool,
@@ -98,6 +100,7 @@ impl Pty {
             near,
             outbox: Outbox::default(),
             watch,
+            writes: Writes::new(&path),
             seen: Seen::default(),
             unsure: false,
             baud,
@@ -196,6 +199,33 @@ impl Pty {
         }
     }
 
+    /// Reads what a client wrote before it closed, when the news of that is next.
+    ///
+    /// It comes before the news, so that no half of a line is left of it. The next client may have written
+    /// already. What only that one wrote, or both wrote, comes behind the news, as the next client's.
+    fn read_left_over(&mut self, buffer: &mut [u8]) -> usize {
+        let closed = |news: &News| matches!(news, News::Closed { .. });
+        if !self.news.front().is_some_and(closed) || self.left_over >= KEPT {
+            return 0;
+        }
+        if !self.early.is_empty() {
+            return take(&mut self.early, buffer);
+        }
+        // Of several clients that have come and gone, the last one.
+        let is_last = self.news.iter().filter(|news| closed(news)).count() == 1;
+        if !is_last || self.writes.writer() == Writer::Next {
+            return 0;
+        }
+        let read = self.near.try_read(buffer).unwrap_or(0);
+        if read > 0 && self.writes.writer() == Writer::Next {
+            // The next client has written meanwhile.
+            self.early.extend(buffer.iter().take(read));
+            self.left_over = KEPT;
+            return 0;
+        }
+        read
+    }
+
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
         if std::mem::take(&mut self.closely) {
             match self.near.try_read(buffer) {
@@ -221,22 +251,17 @@ impl Transport for Pty {
         let known = self.watch.known(cx.waker());
         let seen = if self.closely { self.watch.look() } else { known };
         self.notice(seen);
-        // What a client wrote before it closed comes before the news of that, so that no half of a line is
-        // left of it. The next client may be there, and have written, already: whose bytes they are the
-        // system does not say. It waits for the news no longer than for what the system keeps.
-        let leaves = matches!(self.news.front(), Some(News::Closed { .. }));
-        if leaves && self.left_over < KEPT {
-            let read = match self.early.is_empty() {
-                true => self.near.try_read(buffer).unwrap_or(0),
-                false => take(&mut self.early, buffer),
-            };
-            if read > 0 {
-                self.left_over += read;
-                return Poll::Ready(Received::Bytes(read));
-            }
+        // It waits for the news no longer than for what the system keeps.
+        let read = self.read_left_over(buffer);
+        if read > 0 {
+            self.left_over += read;
+            return Poll::Ready(Received::Bytes(read));
         }
         if let Some(news) = self.news.pop_front() {
             self.left_over = 0;
+            if matches!(news, News::Closed { .. }) {
+                self.writes.has_left();
+            }
             return Poll::Ready(Received::News(news));
         }
         if buffer.is_empty() {
@@ -245,9 +270,27 @@ impl Transport for Pty {
         if !self.early.is_empty() {
             return Poll::Ready(Received::Bytes(take(&mut self.early, buffer)));
         }
+        if self.writes.look() {
+            // Whose bytes come next has to be known before they are read.
+            self.look();
+            if !self.news.is_empty() {
+                return self.poll_receive(cx, buffer);
+            }
+        }
         match self.poll_read(cx, buffer) {
             Poll::Pending => Poll::Pending,
             Poll::Ready(Ok(n)) if n > 0 => {
+                if n < buffer.len() {
+                    self.writes.are_read();
+                }
+                if self.writes.look() {
+                    // Somebody left between the look and the reading. Bytes of the next client wait for
+                    // the news of that.
+                    self.look();
+                    if self.writes.writer() == Writer::Next {
+                        self.left_over = KEPT;
+                    }
+                }
                 // The news of the opening may be slower than the client's first bytes.
                 if !self.seen.open {
                     self.look();

@@ -253,6 +253,47 @@ fn what_was_written_comes_before_the_next_client() {
     });
 }
 
+/// Clients follow each other at once, and what waits to be read was written by the second: it comes behind
+/// the news that the first has gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn bytes_belong_to_the_client_that_wrote_them() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut pty = Pty::open(19_200).unwrap();
+        let mut buffer = [0; 16];
+        for number in 0..50 {
+            let mut first = open(pty.path());
+            first.write_all(b"@0").unwrap();
+            let mut told = Vec::new();
+            while told.last() != Some(&"2 bytes") {
+                told.push(next_of(&mut pty, &mut buffer).await);
+            }
+            drop(first);
+            let mut second = open(pty.path());
+            second.write_all(b"@07\r").unwrap();
+            while told.last() != Some(&"4 bytes") {
+                told.push(next_of(&mut pty, &mut buffer).await);
+            }
+            drop(second);
+            told.push(next_of(&mut pty, &mut buffer).await);
+            let expected = ["opened", "2 bytes", "closed", "opened", "4 bytes", "closed"];
+            assert_eq!(told, expected, "{number}");
+        }
+    });
+}
+
+#[cfg(target_os = "linux")]
+async fn next_of(pty: &mut Pty, buffer: &mut [u8]) -> &'static str {
+    match poll_fn(|cx| pty.poll_receive(cx, buffer)).await {
+        Received::News(News::Opened { .. }) => "opened",
+        Received::News(News::Closed { .. }) => "closed",
+        Received::Bytes(2) => "2 bytes",
+        Received::Bytes(4) => "4 bytes",
+        received => panic!("{received:?}"),
+    }
+}
+
 #[test]
 fn exclusive_use_ends_with_its_client() {
     let diary = Diary::default();
