@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::future::Future;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{Shutdown, SocketAddr};
 use std::pin::Pin;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -33,6 +33,10 @@ const GRACE: Duration = Duration::from_millis(100);
 /// How many newcomers wait, and how many clients watch. A flood of connections gets no further than
 /// this.
 const CROWD: usize = 16;
+
+/// How long a refused client has to read why, and to close. A connection that is closed before its bytes
+/// were read is reset, and what was sent to it is lost.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// A silent client is asked for a sign of life this often, and has vanished after three times
 /// without one. That is 12 s, and with the kernel's own leisure no more than 15 s.
@@ -85,6 +89,8 @@ pub struct Tcp {
     holder: Option<Client>,
     observers: Vec<Client>,
     waiting: VecDeque<(Client, Pin<Box<Sleep>>)>,
+    /// Clients that were refused and have not closed yet.
+    refused: VecDeque<(Client, Pin<Box<Sleep>>)>,
     /// Set while the system has no descriptors left for newcomers.
     exhausted: Option<Pin<Box<Sleep>>>,
     news: VecDeque<News>,
@@ -196,6 +202,7 @@ impl Tcp {
             holder: None,
             observers: Vec::new(),
             waiting: VecDeque::new(),
+            refused: VecDeque::new(),
             exhausted: None,
             news: VecDeque::new(),
             has_lines,
@@ -268,7 +275,7 @@ impl Tcp {
             (Some(_), Clients::Refuse) if self.waiting.len() < CROWD => {
                 self.waiting.push_back((client, Box::pin(sleep(GRACE))));
             }
-            (Some(_), _) => self.refuse(&client),
+            (Some(_), _) => self.refuse(client),
         }
     }
 
@@ -302,27 +309,53 @@ impl Tcp {
         }
     }
 
-    fn refuse(&mut self, client: &Client) {
+    /// Tells a client why it is refused, and closes our side of its connection.
+    fn refuse(&mut self, client: Client) {
         let holder = self.holder.as_ref().map_or_else(String::new, |c| c.peer.to_string());
+        let socket = SockRef::from(&client.stream);
+        // A new connection has room for a line. Whatever fails here, it is closed.
+        let _ = socket.send(format!("refused: {holder} has the line\r\n").as_bytes());
+        let _ = socket.shutdown(Shutdown::Write);
         self.news.push_back(News::Refused {
             transport: Arc::clone(&self.label),
             client: client.peer.to_string(),
             holder,
+        });
+        if self.refused.len() < CROWD {
+            self.refused.push_back((client, Box::pin(sleep(FAREWELL))));
+        }
+    }
+
+    /// Reads from the refused clients until they close.
+    fn attend_refused(&mut self, cx: &mut Context<'_>) {
+        self.refused.retain_mut(|(client, time)| {
+            if time.as_mut().poll(cx).is_ready() {
+                return false;
+            }
+            let mut ignored = [0; 4_096];
+            for _ in 0..16 {
+                match client.poll_read(cx, &mut ignored) {
+                    Poll::Pending => return true,
+                    Poll::Ready(Ok(n)) if n > 0 => {}
+                    Poll::Ready(_) => return false,
+                }
+            }
+            // It sends without a pause; others have their turn.
+            cx.waker().wake_by_ref();
+            true
         });
     }
 
     /// Refuses the newcomers that waited in vain. The holder's stream was empty just now, not
     /// ended.
     fn expire(&mut self, cx: &mut Context<'_>) {
-        let mut waiting = std::mem::take(&mut self.waiting);
-        waiting.retain_mut(|(client, grace)| {
-            let waits = grace.as_mut().poll(cx).is_pending();
-            if !waits {
-                self.refuse(client);
+        for (client, mut grace) in std::mem::take(&mut self.waiting) {
+            match grace.as_mut().poll(cx) {
+                Poll::Pending => self.waiting.push_back((client, grace)),
+                Poll::Ready(()) => self.refuse(client),
             }
-            waits
-        });
-        self.waiting = waiting;
+        }
+        self.attend_refused(cx);
     }
 
     /// Observers are read only to see them leave.
