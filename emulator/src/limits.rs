@@ -2,11 +2,11 @@
 
 use crate::failure::Failure;
 
-/// How many files a controller has open at most: both ends of its pseudo-terminal, its listening
-/// socket, its timer, a serial port, two clients, and its flash file, which is replaced by another
-/// one.
+/// How many files a controller has open at most: both ends of its pseudo-terminal and a watch over it,
+/// its listening socket, its timer, a serial port, two clients, and its flash file, which is replaced by
+/// another one.
 #[cfg(unix)]
-const FILES: u64 = 9;
+const FILES: u64 = 10;
 
 /// How many the program itself needs: standard input, output and error, the event queues of its
 /// threads with what wakes them, the log, and some more that are open for a moment.
@@ -53,5 +53,37 @@ fn too_few(controllers: u16, needed: u64, allowed: u64, own: u64) -> String {
 /// Elsewhere there is no limit that could be raised.
 #[cfg(not(unix))]
 pub(crate) fn allow_open_files(_controllers: u16, _threads: usize) -> Result<(), Failure> {
+    Ok(())
+}
+
+/// How many kB of memory the program needs beyond what it has when it begins, and how many each
+/// controller.
+#[cfg(target_os = "linux")]
+const MEMORY: [u64; 2] = [32 << 10, 256];
+
+/// Refuses to begin where the limit of memory (`ulimit -v`) leaves too little for so many controllers:
+/// later there would be no way to say so.
+#[cfg(target_os = "linux")]
+pub(crate) fn check_memory(controllers: u16) -> Result<(), Failure> {
+    use rustix::process::{Resource, getrlimit};
+
+    let Some(limit) = getrlimit(Resource::As).current else { return Ok(()) };
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let size = status.lines().find_map(|line| line.strip_prefix("VmSize:"));
+    let size = size.and_then(|size| size.split_whitespace().next()?.parse::<u64>().ok());
+    let [own, each] = MEMORY;
+    let needed = size.unwrap_or_default() + own + u64::from(controllers) * each;
+    if limit >> 10 >= needed {
+        return Ok(());
+    }
+    Err(Failure::usage(format!(
+        "the limit of memory is {} kB, and {needed} kB are needed; raise it (ulimit -v {needed})",
+        limit >> 10
+    )))
+}
+
+/// Elsewhere there is no such limit.
+#[cfg(not(target_os = "linux"))]
+pub(crate) fn check_memory(_controllers: u16) -> Result<(), Failure> {
     Ok(())
 }

@@ -317,12 +317,14 @@ impl Served {
             if let Some(emulator) = emulators.first() {
                 say(Ok(emulator.control().clone()));
             }
+            let mut running = serve::Running::of(&emulators);
             tokio::select! {
                 _ = ended => {}
-                // The program finds its terminal gone; the cause is reported here.
-                end = serve::any_ended(&emulators) => if let Err(failure) = end {
-                    let _ = failure.report();
-                },
+                () = running.all_end(log) => {}
+            }
+            // The program has found its terminal gone; the cause is reported here.
+            if let Err(failure) = running.outcome() {
+                let _ = failure.report();
             }
             if let Err(failure) = serve::finish(arguments, emulators, drawn, log).await {
                 let _ = failure.report();

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use serialport::{DataBits, FlowControl, Parity, SerialPort, StopBits};
 use thiserror::Error;
+use vimc4_device::escape;
 
 use crate::here::here;
 
@@ -351,6 +352,9 @@ fn waits(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
+/// How a controller of `vimc4 serve` begins to tell a client that another one holds its line.
+const REFUSAL: &[u8] = b"refused: ";
+
 /// Reads in a thread of its own until the port is closed or gone.
 fn read(
     mut source: impl Read + Send + 'static,
@@ -360,10 +364,17 @@ fn read(
     let (sender, closed) = (sender.clone(), Arc::clone(closed));
     let reader = move || {
         let mut buffer = [0; 1_024];
+        let mut is_first = true;
         while !closed.load(Ordering::Relaxed) {
             let news = match source.read(&mut buffer) {
                 Ok(0) => News::Gone("the other end has closed it".to_owned()),
-                Ok(count) => News::Bytes(Instant::now(), buffer[..count].to_vec()),
+                Ok(count) if is_first && buffer[..count].starts_with(REFUSAL) => {
+                    News::Gone(escape(buffer[..count].trim_ascii()))
+                }
+                Ok(count) => {
+                    is_first = false;
+                    News::Bytes(Instant::now(), buffer[..count].to_vec())
+                }
                 Err(error) if waits(&error) => continue,
                 Err(error) => News::Gone(error.to_string()),
             };

@@ -1,9 +1,10 @@
 //! `vimc4 serve`
 
-use std::future::poll_fn;
+use std::future::{Future, poll_fn};
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
+use std::pin::Pin;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::task::Poll;
@@ -265,7 +266,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                         let ready = announce(&arguments, &emulators, &doors);
                         answers.give(answers.room().await, ready);
                         let waits = arguments.until_stdin_closes;
-                        attend(&emulators, &mut endings, &answers, waits, &doors).await
+                        attend(&emulators, &mut endings, &answers, waits, &doors, &log).await
                     }
                     Err(failure) => Err(failure),
                 }
@@ -384,6 +385,7 @@ pub(crate) async fn start(
         )));
     }
     limits::allow_open_files(count, threads(count))?;
+    limits::check_memory(count)?;
     let workers = workers(count)?;
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
@@ -581,6 +583,7 @@ async fn attend(
     answers: &Answers,
     until_stdin_closes: bool,
     doors: &Doors,
+    log: &Log,
 ) -> Result<ExitCode, Failure> {
     let names = match emulators.first() {
         Some(emulator) => emulator.control().names().await.map_err(Failure::midway)?,
@@ -589,17 +592,19 @@ async fn attend(
     let mut lines = orders::read();
     let mut desk = Desk::new(emulators, &names);
     let (mut typing, mut ending) = (true, false);
-    let mut ended = std::pin::pin!(any_ended(emulators));
+    let mut running = Running::of(emulators);
     loop {
         tokio::select! {
-            code = endings.told() => return Ok(code),
+            code = endings.told() => return running.outcome().map(|()| code),
             () = doors.told_to_quit(), if !ending => ending = true,
-            end = &mut ended => return end.map(|()| ExitCode::SUCCESS),
+            () = running.all_end(log) => return running.outcome().map(|()| ExitCode::SUCCESS),
             // Where there is no room for another answer it stays with the desk.
             (room, answer) = async { (answers.room().await, desk.answer().await) }, if !desk.is_empty() => {
                 answers.give(room, answer);
             }
-            () = answers.written(), if ending && desk.is_empty() => return Ok(ExitCode::SUCCESS),
+            () = answers.written(), if ending && desk.is_empty() => {
+                return running.outcome().map(|()| ExitCode::SUCCESS);
+            }
             line = lines.recv(), if typing && desk.has_room() => match line {
                 // The end of the input is not the end of the controllers, unless it is to be.
                 None => {
@@ -625,17 +630,46 @@ async fn attend(
     }
 }
 
-/// Resolves when the first controller ends by itself, which only a flash file that can no
-/// longer be written makes it do.
-pub(crate) async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
-    let mut ends: Vec<_> = emulators.iter().map(|emulator| Box::pin(emulator.ended())).collect();
-    poll_fn(|cx| {
-        for end in &mut ends {
-            if let Poll::Ready(end) = end.as_mut().poll(cx) {
-                return Poll::Ready(end.map_err(Failure::midway));
-            }
-        }
-        Poll::Pending
-    })
-    .await
+/// The controllers that run. One ends by itself only if its flash file can no longer be written; the
+/// others go on.
+pub(crate) struct Running {
+    ends: Vec<(usize, End)>,
+    count: usize,
+    failure: Option<Failure>,
+}
+
+/// Resolves when a controller has ended.
+type End = Pin<Box<dyn Future<Output = Result<(), vimc4::Error>> + Send>>;
+
+impl Running {
+    pub(crate) fn of(emulators: &[Emulator]) -> Running {
+        let ends = (1..).zip(emulators).map(|(number, of)| (number, Box::pin(of.end()) as End));
+        Running { ends: ends.collect(), count: emulators.len(), failure: None }
+    }
+
+    /// Says which controllers end, and resolves when the last one has.
+    pub(crate) async fn all_end(&mut self, log: &Log) {
+        poll_fn(|cx| {
+            let before = self.ends.len();
+            self.ends.retain_mut(|(number, end)| {
+                let Poll::Ready(end) = end.as_mut().poll(cx) else { return true };
+                if let Err(error) = end {
+                    if self.count > 1 {
+                        log.say(&format!(
+                            "controller {number} has ended, the others go on: {error}"
+                        ));
+                    }
+                    self.failure.get_or_insert_with(|| Failure::midway(error));
+                }
+                false
+            });
+            if self.ends.is_empty() && before > 0 { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+
+    /// Why a controller has ended by itself, if one has.
+    pub(crate) fn outcome(&mut self) -> Result<(), Failure> {
+        self.failure.take().map_or(Ok(()), Err)
+    }
 }

@@ -320,6 +320,7 @@ fn a_second_client_is_told_that_there_is_another() {
     let (code, _, errors) = conform(folder.path(), &[tcp(&ready, 0), "line/framing"]);
     assert_eq!(code, 2);
     assert!(errors.contains("another client may hold it"), "{errors}");
+    assert!(errors.contains(" has the line"), "{errors}");
 }
 
 #[test]

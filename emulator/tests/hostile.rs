@@ -154,6 +154,33 @@ fn an_address_for_everybody_is_said_to_be_one() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_low_limit_of_memory_is_told_in_figures_that_are_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = format!(
+        "exec {VIMC4} serve --tcp 127.0.0.1:0 --pty none --web --http 127.0.0.1:0 --csv /dev/null \
+         --until-stdin-closes"
+    );
+    let size = u32::try_from(fs::metadata(VIMC4).unwrap().len() / 1_024).unwrap();
+    let mut needed = None;
+    for kib in (size..).step_by(1_000) {
+        let (code, _, errors) = run_within(kib, folder.path(), &line);
+        match code {
+            // The system cannot even load the program.
+            Some(127 | 139) | None => {}
+            Some(0) => break,
+            code => {
+                assert_eq!(code, Some(2), "{kib}: {errors}");
+                assert_eq!(errors.trim().lines().count(), 2, "{errors}");
+                let (_, figure) = errors.split_once("raise it (ulimit -v ").unwrap();
+                needed = figure.split(')').next().unwrap().parse::<u32>().ok();
+            }
+        }
+    }
+    assert_eq!(run_within(needed.unwrap() + 4_096, folder.path(), &line).0, Some(0));
+}
+
 #[test]
 fn a_low_limit_of_open_files_is_told_in_figures_that_are_right() {
     let folder = tempfile::tempdir().unwrap();
@@ -465,9 +492,14 @@ impl Said {
     /// Waits for these words, whether they come or have come.
     fn until(&mut self, words: &str) {
         while !self.all.contains(words) {
-            let next = self.lines.recv_timeout(LIMIT);
-            self.all += &next.unwrap_or_else(|_| panic!("{words}: {}", self.all));
+            self.next(words);
         }
+    }
+
+    /// Waits for the next line, which may have these words.
+    fn next(&mut self, words: &str) {
+        let next = self.lines.recv_timeout(LIMIT);
+        self.all += &next.unwrap_or_else(|_| panic!("{words}: {}", self.all));
     }
 }
 
@@ -510,6 +542,38 @@ fn a_half_line_is_told_of_or_forgotten() {
         said.until(&format!("{name} closed the line"));
         answer
     });
+}
+
+/// The last of several quick clients sends a line in two parts, and is blamed for nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_line_of_a_quick_client_is_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["-v", "--fresh-clients"][..], &["-v"]] {
+        let (mut serve, _) = Process::serve(folder.path(), arguments);
+        let mut said = Said::of(&mut serve);
+        // Plain files: each is closed before the next one is opened.
+        let open = || {
+            let terminal = folder.path().join("vimc4.pty");
+            OpenOptions::new().read(true).write(true).open(terminal).unwrap()
+        };
+        for number in 1..=20 {
+            for _ in 0..3 {
+                assert_eq!(ask(&mut open(), "@07\r", 1), "0");
+            }
+            let mut client = open();
+            client.write_all(b"@0").unwrap();
+            // Four clients have come and three gone.
+            let opened = |said: &Said| said.all.matches("pty: a client opened").count();
+            while opened(&said) < 4 * number {
+                said.next("a client opened");
+            }
+            assert_eq!(ask(&mut client, "7\r", 1), "0", "{arguments:?}: {}", said.all);
+        }
+        assert!(!said.all.contains("half a line"), "{}", said.all);
+        serve.signal(Signal::TERM);
+        assert_eq!(serve.ended().code(), Some(0));
+    }
 }
 
 #[test]

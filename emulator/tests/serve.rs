@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
 use serde_json::Value;
@@ -17,8 +17,8 @@ mod log;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::limits::{EndsInTime, InTime, joined};
-use process::{Process, VIMC4, ask, connect, root, run, said, tcp, terminal, vimc4};
+use process::limits::{EndsInTime, InTime, LIMIT, joined};
+use process::{Process, VIMC4, ask, connect, rest_of, root, run, said, tcp, terminal, vimc4};
 
 /// `vimc4 serve` with these arguments and no others.
 fn serving(folder: &Path, arguments: &[&str]) -> Process {
@@ -395,6 +395,41 @@ fn a_flash_file_survives_a_killed_process() {
     assert_eq!(serve.order("press start"), "ok");
     assert!(serve.order("run until idle").starts_with("idle at"));
     assert_eq!(ask(&mut client, "@0P\r", 19), "0000064000000000000");
+}
+
+/// A file that may have no more than so many bytes is as good as a full disk: the controller that cannot
+/// store confirms nothing and ends, and the others go on.
+#[test]
+fn a_full_disk_ends_only_the_controller_that_cannot_store() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = format!(
+        "ulimit -f 1; trap '' XFSZ; exec {VIMC4} serve --json --tcp 127.0.0.1:0 --pty none --count 2 \
+         --flash flash"
+    );
+    let mut bash = Command::new("bash");
+    bash.args(["-c", &script]).current_dir(folder.path()).stderr(Stdio::piped());
+    let mut serve = Process::start(&mut bash);
+    let places = ready(&serve.line());
+    let mut full = connect(tcp(&places, 0));
+    assert_eq!(ask(&mut full, "@01\r@0i\r", 2), "00");
+    let mut confirmed = 0;
+    while full.write_all(b"0100,900\r").is_ok() && matches!(full.read(&mut [0]), Ok(1)) {
+        confirmed += 1;
+        assert!(confirmed < 1_000);
+    }
+    assert!(confirmed > 10, "{confirmed}");
+    let errors = serve.errors();
+    let said = errors.recv_timeout(LIMIT).unwrap();
+    assert!(
+        said.starts_with("controller 1 has ended, the others go on: cannot write flash file "),
+        "{said}"
+    );
+    let mut other = connect(tcp(&places, 1));
+    assert_eq!(ask(&mut other, "@01\r", 1), "0");
+    serve.give("quit\n");
+    assert_eq!(serve.ended().code(), Some(1));
+    let rest = rest_of(&errors);
+    assert!(rest.contains("cannot write flash file"), "{rest}");
 }
 
 #[test]

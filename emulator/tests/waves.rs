@@ -21,8 +21,8 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::limits::InTime;
-use process::{Process, ask, connect, root, run, shell, shown, tcp};
+use process::limits::{InTime, LIMIT, until};
+use process::{Process, ask, connect, rest_of, root, run, shell, shown, tcp};
 
 const MANUAL: &str = include_str!("../../docs/waves.md");
 
@@ -241,7 +241,7 @@ fn an_interrupted_run_leaves_whole_files() {
     let mut command = process::vimc4(folder.path(), &["run", "endless.txt", "--machine", "mill"]);
     let mut run = Process::start(command.args(outputs));
     let size = |name: &str| fs::metadata(path(name)).map_or(0, |file| file.len());
-    process::limits::until("it draws", || size("out.vcd") > 1_000_000);
+    until("it draws", || size("out.vcd") > 1_000_000);
     let interrupted =
         Command::new("kill").args(["-INT", &run.child.id().to_string()]).status_in_time();
     assert!(interrupted.unwrap().success());
@@ -321,13 +321,13 @@ fn a_killed_controller_leaves_files_that_open() {
         // Nothing more happens, and the program goes on: what was due is written all the same.
         for (file, last) in [("of.csv", ",x.position,31\n"), ("of.json", "\"args\":{\"steps\":31}")]
         {
-            process::until(&format!("{clock}: {file} has the last step"), || {
+            until(&format!("{clock}: {file} has the last step"), || {
                 fs::read_to_string(path(file)).unwrap().contains(last)
             });
         }
         assert!(serve.child.try_wait().unwrap().is_none());
         serve.child.kill().unwrap();
-        serve.child.wait().unwrap();
+        serve.ended();
         let drawn = read(&path("of.vcd"));
         assert_eq!(rises(&drawn, "imc4.x.step").len(), 31, "{clock}");
         let trace: Value = serde_json::from_slice(&fs::read(path("of.json")).unwrap()).unwrap();
@@ -336,7 +336,7 @@ fn a_killed_controller_leaves_files_that_open() {
         // What is compressed has the same, if there is a reader.
         let mut other = Command::new("fst2vcd");
         let other = other.args(["of.fst", "-o", "other.vcd"]).current_dir(folder.path());
-        if let Ok(status) = other.status() {
+        if let Ok(status) = other.status_in_time() {
             assert!(status.success(), "{clock}");
             assert_eq!(read(&path("other.vcd"))["imc4.x.position"].last().unwrap().1, "31");
         }
@@ -349,7 +349,7 @@ fn a_full_disk_ends_only_the_file() {
     let arguments = ["--pty", "none", "--csv", "/dev/full", "--vcd", "of.vcd"];
     let (mut serve, ready) = Process::serve(folder.path(), &arguments);
     let errors = serve.errors();
-    let said = errors.recv_timeout(process::LIMIT).unwrap();
+    let said = errors.recv_timeout(LIMIT).unwrap();
     let words = "cannot write /dev/full: No space left on device (os error 28); it ends there, and \
                  the controllers go on";
     assert_eq!(said, words);
@@ -358,7 +358,7 @@ fn a_full_disk_ends_only_the_file() {
     assert_eq!(ask(&mut port, "@0A 31,900,0,900,0,900,0,900\r", 1), "0");
     serve.give("quit\n");
     assert_eq!(serve.ended().code(), Some(1));
-    let rest = errors.iter().collect::<Vec<_>>().join("\n");
+    let rest = rest_of(&errors);
     assert!(rest.contains("cannot write /dev/full"), "{rest}");
     assert_eq!(rises(&read(&folder.path().join("of.vcd")), "imc4.x.step").len(), 31);
 }
@@ -368,7 +368,7 @@ fn a_reader_that_stands_still_does_not_hold_up_the_end() {
     for signals in [1, 2] {
         let folder = folder();
         let pipe = folder.path().join("pipe");
-        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(Command::new("mkfifo").arg(&pipe).status_in_time().unwrap().success());
         // Open for both, it waits for nobody, and nobody reads what is written.
         let reader = fs::OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
         let (mut serve, ready) = Process::serve(folder.path(), &["--csv", "pipe"]);
@@ -378,7 +378,7 @@ fn a_reader_that_stands_still_does_not_hold_up_the_end() {
         let commands = "@01\r@07\r".repeat(1_000);
         let mut answers = vec![0; 100_000];
         let (mut sent, mut quiet) = (0, 0);
-        process::until("it takes no more", || {
+        until("it takes no more", || {
             let taken = port.write(commands.as_bytes()).unwrap_or(0);
             let answered = port.read(&mut answers).unwrap_or(0);
             (sent, quiet) = (sent + taken, if taken + answered > 0 { 0 } else { quiet + 1 });
@@ -387,7 +387,7 @@ fn a_reader_that_stands_still_does_not_hold_up_the_end() {
         serve.signal(Signal::TERM);
         if signals == 2 {
             let link = folder.path().join("vimc4.pty");
-            process::until("it ends", || fs::symlink_metadata(&link).is_err());
+            until("it ends", || fs::symlink_metadata(&link).is_err());
             serve.signal(Signal::TERM);
         }
         let (code, errors) = serve.end();

@@ -104,6 +104,10 @@ impl FlashFile {
         let length = u64::try_from(image.len()).unwrap_or(u64::MAX);
         // Behind a symbolic link the file is replaced, not the link.
         let path = fs::canonicalize(&path).map_err(failed)?;
+        // A process that was killed may have left a part of a new image. The lock keeps it from being
+        // the one of a living process.
+        #[cfg(unix)]
+        let _ = fs::remove_file(unfinished(&path));
         Ok((FlashFile { path, file, length, dirty: false }, image))
     }
 
@@ -148,11 +152,7 @@ impl FlashFile {
     /// the new image.
     #[cfg(unix)]
     fn replace(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let mut name = self.path.file_name().unwrap_or_default().to_owned();
-        // Always the same name: what a killed process left behind is taken over. The lock on
-        // the file keeps other processes away from it.
-        name.push(".vimc4-new");
-        let fresh = self.path.with_file_name(name);
+        let fresh = unfinished(&self.path);
         let written = self.write_fresh(&fresh, bytes);
         if written.is_err() {
             let _ = fs::remove_file(&fresh);
@@ -194,6 +194,15 @@ impl FlashFile {
     fn failed(&self, source: io::Error) -> FlashFileError {
         FlashFileError::Write { path: self.path.clone(), source }
     }
+}
+
+/// The file that becomes the new image. It always has the same name, which the lock on the flash file
+/// keeps other processes away from.
+#[cfg(unix)]
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".vimc4-new");
+    path.with_file_name(name)
 }
 
 /// An image as the device has written it, in a file that a program took for a text of Windows: git
@@ -297,6 +306,22 @@ mod tests {
         assert_eq!(image, b"new\nthree\n");
         // Nothing is left beside it.
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_killed_process_left_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flash.bin");
+        let unfinished = folder.path().join("flash.bin.vimc4-new");
+        let (flash, _) = FlashFile::open(&path).unwrap();
+        fs::write(&unfinished, "half").unwrap();
+        // It may be that of the process that has the file.
+        assert!(FlashFile::open(&path).is_err());
+        assert!(unfinished.exists());
+        drop(flash);
+        let (_flash, image) = FlashFile::open(&path).unwrap();
+        assert!(image.is_empty() && !unfinished.exists());
     }
 
     #[test]
