@@ -9,6 +9,12 @@ if [ ! -x "$serving" ]; then
     echo "serving.sh, which belongs beside $0, is missing" >&2
     exit 1
 fi
+case ${1:-} in
+'' | -*)
+    echo "usage: $0 FOLDER, the one of serve.sh; as in: $0 kept" >&2
+    exit 2
+    ;;
+esac
 folder=$(cd -- "$1" && pwd -P)
 if pid=$("$serving" "$folder"); then
     kill "$pid" 2>/dev/null || true

@@ -10,6 +10,12 @@ if [ ! -x "$here/serving.sh" ]; then
     echo "serving.sh, which belongs beside $0, is missing" >&2
     exit 1
 fi
+case ${1:-} in
+'' | -*)
+    echo "usage: $0 FOLDER [OPTIONS OF vimc4 serve]; as in: $0 kept --model imc4" >&2
+    exit 2
+    ;;
+esac
 given=$1
 shift
 mkdir -p -- "$given"

@@ -47,6 +47,8 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         short,
+        allow_negative_numbers = true,
+        value_parser = radius,
         required_unless_present = "explain",
         default_value_t = 0.0,
         hide_default_value = true
@@ -59,13 +61,13 @@ pub(crate) struct Arguments {
     )]
     explain: Option<String>,
     /// How many steps 1 mm is, on both axes of the plane
-    #[arg(long, value_name = "STEPS")]
+    #[arg(long, value_name = "STEPS", allow_negative_numbers = true, value_parser = number)]
     steps_per_mm: Option<f64>,
     /// The angle at which it begins, in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = number)]
     from: f64,
     /// The angle at which it ends, in degrees; a whole circle if there is none
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = number)]
     to: Option<f64>,
     /// Clockwise
     #[arg(long, conflicts_with = "ccw")]
@@ -96,6 +98,17 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     pictured: Pictured,
+}
+
+fn radius(text: &str) -> Result<f64, String> {
+    number(text).map_err(|wrong| match text.strip_suffix("mm").map(|mm| mm.trim().parse::<f64>()) {
+        Some(Ok(mm)) => format!("write it without a unit, as in --radius {mm} --steps-per-mm 80"),
+        _ => wrong,
+    })
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "a number is needed, as in 200 or 12.5".to_owned())
 }
 
 /// The plane of a circle.

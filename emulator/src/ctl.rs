@@ -6,6 +6,7 @@ mod view;
 mod watch;
 mod words;
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
@@ -109,11 +110,26 @@ fn carry_out(arguments: &Arguments) -> Result<(), Trouble> {
         return watch::watch(&client, &Wanted { controller, kinds, after, count, is_json });
     }
     let (document, said) = ask(&client, arguments.controller, word, rest, line.trim())?;
+    if word == "send" && !ends_a_command(rest) {
+        // Where standard error is closed there is nowhere else to say it.
+        let _ = writeln!(
+            io::stderr(),
+            "note: `{}` has no end, so the controller waits for the rest; a command ends with \\r, as in \
+             `vimc4 ctl send '@07\\r'`",
+            text::shown_in_line(rest)
+        );
+    }
     Ok(match arguments.json {
         true => output::print(&format!("{document}\n")),
         false if said.is_empty() => Ok(()),
         false => output::print(&format!("{}\n", text::shown(&said))),
     }?)
+}
+
+/// Whether a text to send, as it is typed, ends a command or is a byte of its own, such as a stop.
+fn ends_a_command(typed: &str) -> bool {
+    let bytes = unescape(typed).unwrap_or_default();
+    bytes.last().is_none_or(|last| matches!(last, b';') || !(b' '..0x7F).contains(last))
 }
 
 /// Asks, and returns what is answered and how that is told to people.

@@ -95,6 +95,10 @@ fn json_is_one_line() {
 fn wrong_arguments_say_what_would_be_right() {
     for (arguments, right) in [
         ("", "--radius"),
+        ("--radius -5", "a radius of -5 steps is not possible"),
+        ("--radius 2.5mm", "write it without a unit, as in --radius 2.5 --steps-per-mm 80"),
+        ("--radius 2inch", "a number is needed, as in 200 or 12.5"),
+        ("-r 200 --from x", "a number is needed, as in 200 or 12.5"),
         ("-r 0.4", "from 1 to 8388607"),
         ("-r nan", "from 1 to 8388607"),
         ("-r inf", "from 1 to 8388607"),
@@ -118,7 +122,7 @@ fn wrong_arguments_say_what_would_be_right() {
 /// What is said on standard error about a command, without the marks of comments.
 fn explained(arguments: &[&str]) -> (String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    let output = command.arg("circle").arg("--explain").args(arguments).output().unwrap();
+    let output = command.arg("circle").arg("--explain").args(arguments).output_in_time().unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{errors}");
     (String::from_utf8(output.stdout).unwrap(), errors.replace("; ", ""))
@@ -171,7 +175,7 @@ fn a_command_that_cannot_be_explained_says_why() {
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_vimc4"))
             .args(["circle", "--explain", command])
-            .output()
+            .output_in_time()
             .unwrap();
         let errors = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{errors}");
