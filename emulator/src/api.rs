@@ -2,8 +2,9 @@
 
 mod debugger;
 
+use std::io::ErrorKind;
+use std::net::ToSocketAddrs;
 use std::path::{Path, PathBuf};
-
 use std::sync::Arc;
 
 use vimc4::Emulator;
@@ -36,6 +37,13 @@ pub(crate) struct Arguments {
 
 /// The address at which the API will listen, if it is wanted: one that is not to be had is found before
 /// anything is started.
+impl Arguments {
+    /// Whether requests are answered.
+    pub(crate) fn is_meant(&self) -> bool {
+        self.http.is_some() || self.web
+    }
+}
+
 pub(crate) fn place(arguments: &Arguments) -> Result<Option<Place>, Failure> {
     let address = match (&arguments.http, arguments.web) {
         (Some(address), _) => address,
@@ -45,6 +53,12 @@ pub(crate) fn place(arguments: &Arguments) -> Result<Option<Place>, Failure> {
         }
         (None, false) => return Ok(None),
     };
+    if address.to_socket_addrs().is_err_and(|error| error.kind() == ErrorKind::InvalidInput) {
+        let port = address.trim_start_matches(':').parse().unwrap_or(8_080_u16);
+        return Err(Failure::usage(format!(
+            "`{address}` is no address; write HOST:PORT, as in 127.0.0.1:{port}"
+        )));
+    }
     let token = token(arguments.http_token.as_deref())?;
     Place::take(address, token).map(Some).map_err(Failure::usage)
 }

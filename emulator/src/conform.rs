@@ -18,7 +18,7 @@ use vimc4_conform::player::Timing;
 use crate::endings;
 use crate::failure::Failure;
 use crate::here::here;
-use crate::port::Port;
+use crate::port::{Port, speed};
 pub(crate) use arguments::Arguments;
 use chosen::{allowed, choose};
 use client::Client;
@@ -56,7 +56,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             announce::confirm()?;
         }
     }
-    let port = Port::open(name, arguments.baud.unwrap_or(model.baud())).map_err(Failure::usage)?;
+    let port =
+        Port::open(name, speed(name, arguments.baud, model.baud())?).map_err(Failure::usage)?;
     endings::interrupt(&port, handling.halt)?;
     let candidates = explain::candidates(&model).map_err(Failure::usage)?;
     let mut report = ConformReport::new(&arguments, name, choices.len());

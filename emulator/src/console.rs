@@ -26,6 +26,7 @@ use vimc4_debug::Debugger;
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
@@ -88,7 +89,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     keep_going: bool,
     /// How much virtual time the sending of a file may take, such as 90s, 5min or 1h
-    #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
+    #[arg(long = "for", id = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
     time: Duration,
     /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; by
     /// default those of its comment `; axes: N`, or 7
@@ -103,6 +104,10 @@ pub(crate) struct Arguments {
 
 /// Of each option by itself: that of a whole struct would stay for the options that follow.
 const HEADING: &str = "A controller behind ports";
+
+/// The options of [`Ports`].
+const PORTS: [&str; 9] =
+    ["pty", "replace", "tcp", "serial", "time", "flash", "count", "tcp-clients", "fresh-clients"];
 
 /// Where clients find a controller, as `vimc4 serve` has it.
 #[derive(clap::Args)]
@@ -120,7 +125,7 @@ struct Ports {
     #[arg(help_heading = HEADING, long, value_name = "DEV")]
     serial: Vec<String>,
     /// How time passes while the controller runs: real, a factor such as 8x or 0.5x, or instant
-    #[arg(help_heading = HEADING, long = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
+    #[arg(help_heading = HEADING, long = "time", id = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
     clock: Clock,
     /// Keep the flash memory in this file, which is created if it does not exist
     #[arg(help_heading = HEADING, long, value_name = "FILE")]
@@ -191,7 +196,7 @@ impl Ports {
     }
 }
 
-pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
     #[cfg(feature = "api")]
     if arguments.afar.is_meant() {
         return afar::run(&arguments.afar, arguments.script.as_deref());
@@ -204,7 +209,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let links = Links::default();
     let left = links.clone();
     interrupts::listen(&cancel, move || left.remove());
-    let mut session = open(&arguments, cancel, &links)?;
+    let mut session = open(&arguments, given, cancel, &links)?;
     session.show = reading::on_terminal();
     let session = Rc::new(RefCell::new(session));
     let end = converse(&session, arguments.screen, script.as_ref());
@@ -229,12 +234,20 @@ fn converse(
 }
 
 /// What the command line names.
-fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session, Failure> {
+fn open(
+    arguments: &Arguments,
+    given: &Given,
+    cancel: Cancel,
+    links: &Links,
+) -> Result<Session, Failure> {
     let Arguments { setup, ports, time, keep_going, axes, job, .. } = arguments;
     let (model, file) = match arguments.what.as_deref() {
         None => (setup.model(), None),
         Some(what) if Path::new(what).is_file() => (setup.model(), Some(Path::new(what))),
-        Some(what) if vimc4_catalogue::models().contains(&what) => (what, None),
+        Some(what) if vimc4_catalogue::models().contains(&what) => {
+            given.refuse(&["model"], "beside the name of a model")?;
+            (what, None)
+        }
         Some(what) => {
             return Err(Failure::usage(format!(
                 "{what} is neither a file nor a model; name a file, or one of {}",
@@ -243,6 +256,7 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
         }
     };
     if let Some(file) = file {
+        given.refuse(&PORTS, "with a file, which no client reaches")?;
         let (time, keeps_going, axes, job) = (*time, *keep_going, *axes, job.clone());
         let sending = Sending { time, keeps_going, axes, job };
         let Opened { debugger, machine, note, share } = opened::open(file, setup.clone(), sending)?;
@@ -259,8 +273,12 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
         return Ok(session);
     }
     job.only_for_jobs(model)?;
+    given.refuse(&["for", "keep-going", "axes"], "without a file")?;
     let machine = vimc4::machine(setup.machine())?;
+    given.refuse_if(ports.link().is_none(), &["replace"], "without a pseudo-terminal")?;
+    given.refuse_if(ports.tcp == "none", &["tcp-clients"], "with --tcp none")?;
     if ports.are_none() {
+        given.refuse(&["time", "flash", "count", "fresh-clients"], "without clients")?;
         let model = vimc4::model(model)?;
         let controller: Controller = bare(&model, &machine, &[]).map_err(Failure::midway)?;
         return Ok(Session::new(Debugger::new(controller), machine, cancel));

@@ -13,7 +13,7 @@ use crate::completions;
 use crate::failure::Failure;
 use crate::here::here;
 use crate::output;
-use crate::port::{self, ModemLines, Port, PortError};
+use crate::port::{self, ModemLines, Port, PortError, speed};
 use crate::text::{shortened, shown_in_line};
 
 #[derive(clap::Args)]
@@ -129,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         output::print(&findings.text)?;
         return Ok(ExitCode::FAILURE);
     }
-    let baud = arguments.baud.or(before.baud).unwrap_or(BAUD);
+    let baud = speed(name, arguments.baud, before.baud.unwrap_or(BAUD))?;
     let mut port = match Port::open(name, baud) {
         Ok(port) => port,
         Err(error) => {

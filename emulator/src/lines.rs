@@ -17,6 +17,7 @@ use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::log::Log;
 use crate::places::link;
 use crate::serve;
@@ -126,7 +127,12 @@ impl From<FarEnd> for Far {
     }
 }
 
-pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
+    let is_cut = matches!(arguments.lines, FarEnd::None);
+    given.refuse_if(is_cut, &["dcd"], "with --lines none")?;
+    if arguments.serve {
+        arguments.controller.check(given)?;
+    }
     let Arguments { lines, dcd, serve, controller, program } = arguments;
     let Some((program, rest)) = program.split_first() else {
         return Err(Failure::usage("no program is given; name it after `--`"));

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use crate::failure::Failure;
+use crate::given::Given;
 
 /// Whatever somebody has read of it elsewhere.
 #[derive(clap::Args)]
@@ -13,7 +14,7 @@ pub(crate) struct Arguments {
     _words: Vec<OsString>,
 }
 
-pub(crate) fn run(_: Arguments) -> Result<ExitCode, Failure> {
+pub(crate) fn run(_: Arguments, _: &Given) -> Result<ExitCode, Failure> {
     Err(Failure::usage(
         "`vimc4 lines` is for pseudo-terminals, which this system does not have; a serial port has \
          modem lines of its own (`vimc4 serve --serial COM7`), and so has one over the network \

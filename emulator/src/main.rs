@@ -18,6 +18,7 @@ mod drawing;
 mod endings;
 mod failure;
 mod framing;
+mod given;
 mod here;
 mod identity;
 mod job;
@@ -56,7 +57,7 @@ use here::here;
 
 /// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
 #[derive(Parser)]
-#[command(name = "vimc4", version = VERSION, long_version = LONG_VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true, after_long_help = EXAMPLES)]
+#[command(name = "vimc4", version = VERSION, long_version = LONG_VERSION, subcommand_required = true, arg_required_else_help = true, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Tool,
@@ -158,67 +159,69 @@ fn main() -> ExitCode {
     completions::answer(Arguments::command);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(said) => return output::said(&said),
+        Err(said) => return output::said(said),
     };
     // An invalid level is reported at once, even where nothing would be logged.
     if let Err(failure) = traces::level() {
         return failure.report();
     }
     let done = match arguments.command {
-        Tool::Serve(Deferred(arguments)) => {
-            return serve::run(arguments).unwrap_or_else(Failure::report);
+        Tool::Serve(Deferred(arguments, given)) => {
+            return serve::run(arguments, &given).unwrap_or_else(Failure::report);
         }
         #[cfg(feature = "api")]
-        Tool::Ctl(Deferred(arguments)) => ctl::run(&arguments),
-        Tool::Lines(Deferred(arguments)) => {
-            return lines::run(arguments).unwrap_or_else(Failure::report);
+        Tool::Ctl(Deferred(arguments, _)) => ctl::run(&arguments),
+        Tool::Lines(Deferred(arguments, given)) => {
+            return lines::run(arguments, &given).unwrap_or_else(Failure::report);
         }
         // Its exit codes are part of what it says.
-        Tool::Run(Deferred(arguments)) => {
-            return run::run(arguments).unwrap_or_else(Failure::report);
+        Tool::Run(Deferred(arguments, given)) => {
+            return run::run(arguments, &given).unwrap_or_else(Failure::report);
         }
-        Tool::Console(Deferred(arguments)) => {
-            return console::run(arguments).unwrap_or_else(Failure::report);
+        Tool::Console(Deferred(arguments, given)) => {
+            return console::run(arguments, &given).unwrap_or_else(Failure::report);
         }
-        Tool::Ncp(Deferred(arguments)) => {
+        Tool::Ncp(Deferred(arguments, _)) => {
             return ncp::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Send(Deferred(arguments)) => {
+        Tool::Send(Deferred(arguments, _)) => {
             return send::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Conform(Deferred(arguments)) => {
+        Tool::Conform(Deferred(arguments, _)) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Record(Deferred(arguments)) => {
+        Tool::Record(Deferred(arguments, _)) => {
             return recording::tap::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Replay(Deferred(arguments)) => {
+        Tool::Replay(Deferred(arguments, _)) => {
             return recording::guarded(|| recording::replay::run(&arguments))
                 .unwrap_or_else(Failure::report);
         }
-        Tool::Diff(Deferred(arguments)) => {
+        Tool::Diff(Deferred(arguments, _)) => {
             return recording::guarded(|| recording::diff::run(&arguments))
                 .unwrap_or_else(Failure::report);
         }
-        Tool::Cut(Deferred(arguments)) => recording::guarded(|| recording::less::cut(&arguments)),
-        Tool::Minimise(Deferred(arguments)) => {
+        Tool::Cut(Deferred(arguments, _)) => {
+            recording::guarded(|| recording::less::cut(&arguments))
+        }
+        Tool::Minimise(Deferred(arguments, _)) => {
             recording::guarded(|| recording::less::minimise(&arguments))
         }
-        Tool::Coverage(Deferred(arguments)) => coverage::run(&arguments),
-        Tool::Sweep(Deferred(arguments)) => {
+        Tool::Coverage(Deferred(arguments, _)) => coverage::run(&arguments),
+        Tool::Sweep(Deferred(arguments, _)) => {
             return sweep::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Dap(Deferred(arguments)) => {
+        Tool::Dap(Deferred(arguments, _)) => {
             return dap::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Doctor(Deferred(arguments)) => {
+        Tool::Doctor(Deferred(arguments, _)) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Circle(Deferred(arguments)) => circle::run(arguments),
-        Tool::Models(Deferred(arguments)) => profiles::models(arguments),
-        Tool::Machines(Deferred(arguments)) => profiles::machines(arguments),
-        Tool::Completions(Deferred(arguments)) => completions::run(arguments),
-        Tool::Man(Deferred(arguments)) => manual::run(&arguments, Arguments::command()),
+        Tool::Circle(Deferred(arguments, _)) => circle::run(arguments),
+        Tool::Models(Deferred(arguments, _)) => profiles::models(arguments),
+        Tool::Machines(Deferred(arguments, _)) => profiles::machines(arguments),
+        Tool::Completions(Deferred(arguments, _)) => completions::run(arguments),
+        Tool::Man(Deferred(arguments, _)) => manual::run(&arguments, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,8 +5,36 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
+use vimc4_device::is_like;
+
 use crate::failure::Failure;
 use crate::streams::{self, is_file, is_standard};
+
+/// Leaves out suggestions that have little in common with what was typed.
+fn keep_like(error: &mut clap::Error) {
+    for (typed, suggested) in [
+        (ContextKind::InvalidSubcommand, ContextKind::SuggestedSubcommand),
+        (ContextKind::InvalidArg, ContextKind::SuggestedArg),
+        (ContextKind::InvalidValue, ContextKind::SuggestedValue),
+    ] {
+        let Some(ContextValue::String(typed)) = error.get(typed).cloned() else { continue };
+        let is_meant =
+            |name: &String| is_like(typed.trim_start_matches('-'), name.trim_start_matches('-'));
+        match error.remove(suggested) {
+            Some(ContextValue::String(name)) if is_meant(&name) => {
+                error.insert(suggested, ContextValue::String(name));
+            }
+            Some(ContextValue::Strings(mut names)) => {
+                names.retain(is_meant);
+                if !names.is_empty() {
+                    error.insert(suggested, ContextValue::Strings(names));
+                }
+            }
+            _ => {}
+        }
+    }
+}
 
 /// Prints what was asked for.
 ///
@@ -177,7 +205,8 @@ pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
 }
 
 /// Help and version are requested output; any other message of the command-line parser is an error.
-pub(crate) fn said(said: &clap::Error) -> ExitCode {
+pub(crate) fn said(mut said: clap::Error) -> ExitCode {
+    keep_like(&mut said);
     let printed = said.print().and_then(|()| io::stdout().flush());
     if said.use_stderr() {
         return ExitCode::from(2);

@@ -13,6 +13,7 @@ use serialport::{DataBits, FlowControl, Parity, SerialPort, StopBits};
 use thiserror::Error;
 use vimc4_device::escape;
 
+use crate::failure::Failure;
 use crate::here::here;
 
 /// How long a TCP connection may take to come about.
@@ -80,6 +81,20 @@ pub(crate) enum PortError {
     /// An end was requested.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// The speed of a port: the given one, or else this one. A TCP connection has none.
+///
+/// # Errors
+///
+/// If a speed is given for a TCP connection.
+pub(crate) fn speed(name: &str, given: Option<u32>, usual: u32) -> Result<u32, Failure> {
+    match (tcp_address(name), given) {
+        (Some(_), Some(_)) => Err(Failure::usage(format!(
+            "--baud has no effect on {name}, which is TCP; leave it out"
+        ))),
+        _ => Ok(given.unwrap_or(usual)),
+    }
 }
 
 impl Port {

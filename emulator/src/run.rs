@@ -18,6 +18,7 @@ use vimc4_catalogue::{Controller, Handling};
 
 use crate::endings;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::job::file;
 use crate::job::source::JobArguments;
 use crate::ncp::run as job;
@@ -29,7 +30,7 @@ use session::Session;
 use vimc4_script::{Kind, Script, is_job, takes_jobs};
 use world::Outside;
 
-pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
+pub(crate) fn run(mut arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
     endings::heed()?;
     arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
@@ -40,6 +41,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let handling = Handling::of(&model);
     file::no_g_code(&text::name(&arguments.file), &bytes)?;
     if takes_jobs(&model) && is_job(&bytes) {
+        given.refuse(&["axes", "loops", "keep-going", "ignore-numbers"], "with a job")?;
         let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, setup);
         let job = job::Arguments::new(job, world, time, json, verbose);
@@ -47,6 +49,15 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     }
     let script =
         Script::of(&text::name(&arguments.file), &bytes, &handling).map_err(Failure::usage)?;
+    match script.kind {
+        Kind::Commands => {
+            given.refuse(&["axes", "keep-going", "ignore-numbers"], "with commands")?
+        }
+        Kind::DataField => {
+            given.refuse(&["keep-going", "ignore-numbers"], "with a stored program")?;
+        }
+        Kind::Stream => given.refuse(&["axes", "loops"], "with a plot file")?,
+    }
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;
     let scenario = arguments.world.scenario(&model, &controller)?;

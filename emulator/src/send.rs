@@ -28,7 +28,7 @@ use crate::job::operator::{Entered, Operator};
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
 use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
-use crate::port::{Port, PortError};
+use crate::port::{Port, PortError, speed};
 use crate::recording::history;
 use crate::run::report::seconds;
 use vimc4_script::{Kind, Script, ScriptLine, is_job, readable, suits};
@@ -417,8 +417,8 @@ impl<'a> Sending<'a> {
         machine: &'a Machine,
         text: &'a str,
     ) -> Result<Sending<'a>, Failure> {
-        let port = Port::open(&arguments.to, arguments.baud.unwrap_or(model.baud()))
-            .map_err(Failure::usage)?;
+        let baud = speed(&arguments.to, arguments.baud, model.baud())?;
+        let port = Port::open(&arguments.to, baud).map_err(Failure::usage)?;
         let handling = Handling::of(model);
         let operator = Operator::new(text, arguments.yes, arguments.skip_waits, arguments.verbose);
         let mut sending = Sending {

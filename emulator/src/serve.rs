@@ -25,6 +25,7 @@ use crate::coverage;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::here::here;
 use crate::identity::none_twice;
 use crate::limits;
@@ -219,7 +220,43 @@ struct ControllerPlaces<'a> {
     serial: Option<&'a str>,
 }
 
-pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+impl Arguments {
+    /// Refuses options that have no effect beside the others.
+    ///
+    /// # Errors
+    ///
+    /// If there is one.
+    pub(crate) fn check(&self, given: &Given) -> Result<(), Failure> {
+        let has_pty = link(self.pty.as_deref(), self.replace).is_some();
+        let has_tcp = self.tcp != "none";
+        given.refuse_if(!has_pty, &["replace"], "without a pseudo-terminal")?;
+        given.refuse_if(!has_tcp, &["tcp-clients"], "with --tcp none")?;
+        let has_clients = has_pty || has_tcp || self.rfc2217.is_some();
+        given.refuse_if(!has_clients, &["fresh-clients"], "without clients")
+    }
+
+    /// Refuses controllers that nothing can reach.
+    fn must_be_reachable(&self) -> Result<(), Failure> {
+        #[cfg(feature = "api")]
+        let has_api = self.api.is_meant();
+        #[cfg(not(feature = "api"))]
+        let has_api = false;
+        let has_port = self.tcp != "none" || self.rfc2217.is_some() || !self.serial.is_empty();
+        let has_pty = link(self.pty.as_deref(), self.replace).is_some();
+        if has_pty || has_port || has_api || self.dap.is_some() {
+            return Ok(());
+        }
+        Err(Failure::usage(concat!(
+            "no program can reach the controller; give ",
+            here!("--pty, --tcp, ", "--tcp, "),
+            "--rfc2217, --serial, --http or --dap"
+        )))
+    }
+}
+
+pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
+    arguments.check(given)?;
+    arguments.must_be_reachable()?;
     let Arguments { record, coverage, flash, log, scenario, drawn, .. } = &arguments;
     let outputs = [record, coverage, flash, log].into_iter().flatten().map(PathBuf::as_path);
     none_twice(scenario.as_deref(), outputs.chain(drawn.files()))?;

@@ -122,18 +122,18 @@ fn it_listens_where_it_says() -> Outcome {
 
     std::fs::write(folder.join("token.txt"), "0123456789abcdef\n")?;
     std::fs::write(folder.join("short.txt"), "secret\n")?;
-    let open = ["serve", "--pty", "none", "--tcp", "none", "--http", "0.0.0.0:0"];
+    let open = ["serve", "--pty", "none", "--tcp", "none", "--http"];
     let with = |more: &[&'static str]| {
         let arguments: Vec<&str> = open.iter().chain(more).copied().collect();
         run(folder, &arguments)
     };
-    let (code, _, said) = with(&[]);
+    let (code, _, said) = with(&["0.0.0.0:0"]);
     assert!(code == 2 && said.contains("VIMC4_HTTP_TOKEN"), "{code} {said}");
-    let (code, _, said) = with(&["--http-token", "short.txt"]);
+    let (code, _, said) = with(&["0.0.0.0:0", "--http-token", "short.txt"]);
     assert!(code == 2 && said.contains("at least 16"), "{code} {said}");
-    let (code, _, said) = with(&["--http-token", "none.txt"]);
+    let (code, _, said) = with(&["0.0.0.0:0", "--http-token", "none.txt"]);
     assert!(code == 2 && said.contains("none.txt"), "{code} {said}");
-    let (code, _, said) = with(&["--http-token", "token.txt", "--http", "nowhere"]);
+    let (code, _, said) = with(&["nowhere", "--http-token", "token.txt"]);
     assert!(code == 2 && said.contains("nowhere"), "{code} {said}");
     let (code, said, _) = run(folder, &["serve", "--help"]);
     assert!(code == 0 && said.contains("--web"), "{said}");

@@ -25,6 +25,11 @@ fn serving(folder: &Path, arguments: &[&str]) -> Process {
     Process::start(vimc4(folder, &["serve"]).args(arguments))
 }
 
+/// Skips the addresses.
+fn until_ready(serve: &mut Process) {
+    while serve.line() != "ready" {}
+}
+
 /// What the line says that says that it is ready.
 fn ready(json: &str) -> Value {
     let value: Value = serde_json::from_str(json).unwrap();
@@ -113,11 +118,66 @@ fn the_scripts_for_ci_serve_the_steps_that_follow() {
     assert!(other.try_wait().unwrap().is_none());
     other.kill().unwrap();
     other.wait_in_time().unwrap();
+    for name in ["serve.sh", "finish.sh"] {
+        for arguments in [&[][..], &["--model", "imc4"]] {
+            let mut script = Command::new(root().join("ci").join(name));
+            let (code, out, errors) = said(script.args(arguments).output_in_time().unwrap());
+            assert_eq!((code, out.as_str()), (2, ""), "{errors}");
+            let usage = format!("{name} FOLDER");
+            assert!(errors.starts_with("usage: ") && errors.contains(&usage), "{errors}");
+        }
+    }
     // Without what tells that nobody would know what serves.
     std::os::unix::fs::symlink(root().join("ci/serve.sh"), folder.path().join("alone.sh")).unwrap();
     let alone = Command::new(folder.path().join("alone.sh")).arg("kept").output_in_time().unwrap();
     let (code, _, errors) = said(alone);
     assert!(code == 1 && errors.contains("serving.sh, which belongs beside"), "{errors}");
+}
+
+#[test]
+fn an_option_that_is_given_twice_or_has_no_effect_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("list.txt", "@07\n");
+    write("program.txt", "0400,900,0,900,0,900,0,900\n9\n");
+    write("job.ncp", "IMF_PBL_V1.0\nPROGEND\n");
+    write("plot.plt", "PA0,0;\n");
+    for (line, wrong) in [
+        ("serve --model imc4 --model imc4-m", "cannot be used multiple times"),
+        ("serve --json --json", "cannot be used multiple times"),
+        ("run list.txt --plot a.svg --plot b.png", "cannot be used multiple times"),
+        ("ncp run job.ncp --machine mill --machine bench", "cannot be used multiple times"),
+        ("circle --radius 20 --radius 30", "cannot be used multiple times"),
+        ("serve --pty none --tcp none", "no program can reach the controller; give --pty, --tcp"),
+        ("serve --pty none --replace", "--replace has no effect without a pseudo-terminal"),
+        ("serve --tcp none --tcp-clients observe", "--tcp-clients has no effect with --tcp none"),
+        ("lines --lines none --dcd true", "--dcd has no effect with --lines none"),
+        ("lines --serve --tcp-clients observe true", "--tcp-clients has no effect with --tcp none"),
+        ("run list.txt --keep-going", "--keep-going has no effect with commands; leave it out"),
+        ("run list.txt --axes 7 --keep-going", "--axes and --keep-going have no effect with comm"),
+        ("run program.txt --ignore-numbers", "--ignore-numbers has no effect with a stored"),
+        ("run job.ncp --loops 3", "--loops has no effect with a job"),
+        ("run plot.plt --model smcu --machine board-plotter --loops 2", "with a plot file"),
+        ("console list.txt --tcp none --count 2", "--tcp and --count have no effect with a file"),
+        ("console imc4 --keep-going", "--keep-going has no effect without a file"),
+        ("console imc4 --model imc-s8", "--model has no effect beside the name of a model"),
+        ("console imc4 --pty none --tcp none --count 2", "--count has no effect without clients"),
+        ("doctor 127.0.0.1:1 --baud 9600", "--baud has no effect on 127.0.0.1:1, which is TCP"),
+        ("send list.txt --to tcp:127.0.0.1:1 --baud 9600", "--baud has no effect on tcp:127.0"),
+        ("conform 127.0.0.1:1 --baud 9600", "--baud has no effect on 127.0.0.1:1"),
+    ] {
+        let (code, out, errors) = run(folder.path(), &line.split(' ').collect::<Vec<_>>());
+        let told = errors.split_whitespace().collect::<Vec<_>>().join(" ").replace(" help: ", "; ");
+        assert_eq!((code, out.as_str()), (2, ""), "{line}: {errors}");
+        assert!(told.contains(wrong), "{line}: {errors}");
+    }
+    // Whatever else makes a way in.
+    for way in ["--http 127.0.0.1:0", "--dap 0", "--rfc2217 127.0.0.1:0"] {
+        let mut arguments = vec!["--pty", "none", "--tcp", "none"];
+        arguments.extend(way.split(' '));
+        let mut serve = serving(folder.path(), &arguments);
+        until_ready(&mut serve);
+    }
 }
 
 #[test]
@@ -361,8 +421,10 @@ fn what_is_wrong_is_one_message_with_the_remedy_and_exit_code_2() {
         (vec!["--tcp-clients", "share"], vec!["refuse, takeover, observe"]),
         (vec!["--nonsense"], vec!["unexpected argument '--nonsense'"]),
     ] {
-        let mut all = vec!["serve", "--tcp", "127.0.0.1:0"];
-        all.extend(&arguments);
+        let mut all = [&["serve"], &arguments[..]].concat();
+        if !all.contains(&"--tcp") {
+            all.extend(["--tcp", "127.0.0.1:0"]);
+        }
         let (code, out, errors) = run(folder.path(), &all);
         assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {errors}");
         for word in words {
@@ -467,13 +529,13 @@ fn the_lists_and_the_version_are_printed() {
 /// Gives all of it at once and ends the input; what is said until the end.
 fn all_at_once(arguments: &[&str], orders: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
-    let none = ["--tcp", "none", "--pty", "none"];
+    let none = ["--tcp", "127.0.0.1:0", "--pty", "none"];
     let mut serve = serving(folder.path(), &[&none[..], arguments].concat());
     serve.input.take().unwrap().write_all(orders.as_bytes()).unwrap();
     let mut said = String::new();
     serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
     assert_eq!(serve.end(), (Some(0), String::new()));
-    said.lines().skip(1).map(str::to_owned).collect()
+    said.lines().skip_while(|line| *line != "ready").skip(1).map(str::to_owned).collect()
 }
 
 #[test]
@@ -545,9 +607,9 @@ fn the_end_of_the_input_leaves_nothing_behind_that_waits() {
 fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() {
     for (count, one, other) in [("1", "", ""), ("2", "1 ", "2 ")] {
         let folder = tempfile::tempdir().unwrap();
-        let nowhere = ["--tcp", "none", "--pty", "none", "--count", count];
+        let nowhere = ["--tcp", "127.0.0.1:0", "--pty", "none", "--count", count];
         let mut serve = serving(folder.path(), &nowhere);
-        assert_eq!(serve.line(), "ready");
+        until_ready(&mut serve);
         serve.give(&format!("{one}run until signal start changes\nquit\n"));
         assert!(serve.order(&format!("{other}position")).contains("X 0 Y 0"));
         let colon = if one.is_empty() { "" } else { "1: " };
@@ -567,9 +629,9 @@ fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() 
 #[test]
 fn however_many_orders_wait_others_are_heard() {
     let folder = tempfile::tempdir().unwrap();
-    let nowhere = ["--tcp", "none", "--pty", "none", "--count", "2"];
+    let nowhere = ["--tcp", "127.0.0.1:0", "--pty", "none", "--count", "2"];
     let mut serve = serving(folder.path(), &nowhere);
-    assert_eq!(serve.line(), "ready");
+    until_ready(&mut serve);
     serve.give(&"1 run until command @A\n".repeat(1_002));
     let wrong =
         "1: error: run until command @A: 1000 orders are awaited already; `cancel` gives them up";
@@ -593,9 +655,9 @@ fn an_answer_without_a_name_belongs_to_the_oldest_order_that_has_none() {
     for (count, one, colon) in [("1", "", ""), ("2", "1 ", "1: ")] {
         let folder = tempfile::tempdir().unwrap();
         let arguments =
-            ["--tcp", "none", "--pty", "none", "--until-stdin-closes", "--count", count];
+            ["--tcp", "127.0.0.1:0", "--pty", "none", "--until-stdin-closes", "--count", count];
         let mut serve = serving(folder.path(), &arguments);
-        assert_eq!(serve.line(), "ready");
+        until_ready(&mut serve);
         serve.give(&format!("{one}run until command @P\n"));
         let named = serve.order(&format!("{one}run until y 5"));
         assert!(named.starts_with(&format!("{colon}error: run until y 5: this never")), "{named}");
@@ -676,8 +738,8 @@ fn answers_that_nobody_reads_hold_up_neither_clients_nor_signals() {
 #[test]
 fn who_reads_late_gets_every_answer() {
     let folder = tempfile::tempdir().unwrap();
-    let mut serve = serving(folder.path(), &["--tcp", "none", "--pty", "none"]);
-    assert_eq!(serve.line(), "ready");
+    let mut serve = serving(folder.path(), &["--tcp", "127.0.0.1:0", "--pty", "none"]);
+    until_ready(&mut serve);
     let mut input = serve.input.take().unwrap();
     let writer = std::thread::spawn(move || {
         input.write_all(("position\n".repeat(20_000) + "quit\n").as_bytes()).unwrap();

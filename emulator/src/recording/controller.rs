@@ -27,7 +27,7 @@ pub(super) struct Other {
     /// Play it on this machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", add = completions::machines())]
     machine: Option<String>,
-    /// Play it with another value of a quirk of the model's profile, as in stop_reply=STOP; may be
+    /// Play it with another value of a quirk of the model's profile, as in stop_reply=F0; may be
     /// given several times
     #[arg(long, value_name = "NAME=VALUE", add = completions::quirks())]
     quirk: Vec<String>,

@@ -46,6 +46,7 @@ the quirk that would explain a difference."),
         "\nExit codes: 0 it was ended, 2 it could not begin."
     )
 )]
+#[cfg_attr(unix, command(group = clap::ArgGroup::new("way in").required(true).multiple(true).args(["pty", "tcp"])))]
 pub(crate) struct Arguments {
     /// The recording, a new file; .gz and .zst are compressed when it ends
     file: PathBuf,
@@ -56,7 +57,7 @@ pub(crate) struct Arguments {
     device: String,
     /// A pseudo-terminal for the host software, with a link of this name
     #[cfg(unix)]
-    #[arg(long, value_name = "LINK", required_unless_present = "tcp")]
+    #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
     /// Listen for the host software on this address; port 0 for a free one
     #[arg(long, value_name = "ADDR", required = cfg!(not(unix)))]

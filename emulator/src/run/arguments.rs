@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_parser = axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     pub(super) axes: Option<u8>,
     /// How much virtual time may pass, such as 90s, 5min or 1h
-    #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
+    #[arg(long = "for", id = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
     pub(super) time: Duration,
     /// Stop when the program has made N rounds: jumped back N times, without a count, to the
     /// earliest line it comes to again

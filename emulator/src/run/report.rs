@@ -521,7 +521,13 @@ impl RunReport {
                 self.say(&format!("          {line}"));
             }
             if end.why == Why::Waits && end.help.is_empty() {
-                self.say("          give it what it waits for, as in --input 0.2=1@2s or --press start@5s");
+                // A reference run without a switch ahead of it waits for nothing that could be given.
+                self.say(match end.text.contains("reference run") {
+                    true => "          choose a machine with switches, as in --machine mill",
+                    false => {
+                        "          give it what it waits for, as in --input 0.2=1@2s or --press start@5s"
+                    }
+                });
             }
         }
         output::written(self.written.and_then(|()| self.out.flush()))

@@ -176,7 +176,10 @@ impl Process {
 
     /// `vimc4 serve` on a free port, and the line of JSON that says that it is ready.
     pub(crate) fn serve(folder: &Path, arguments: &[&str]) -> (Process, Value) {
-        let mut command = vimc4(folder, &["serve", "--json", "--tcp", "127.0.0.1:0"]);
+        let mut command = vimc4(folder, &["serve", "--json"]);
+        if !arguments.contains(&"--tcp") {
+            command.args(["--tcp", "127.0.0.1:0"]);
+        }
         let mut serve = Process::start(command.args(arguments));
         let ready = serde_json::from_str(&serve.line());
         assert!(ready.is_ok(), "{}", serve.end().1);

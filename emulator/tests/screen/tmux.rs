@@ -7,12 +7,9 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::process::limits::InTime;
+use crate::process::limits::{InTime, LIMIT};
 
 pub(crate) const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
-
-/// Nothing takes so long.
-const LIMIT: Duration = Duration::from_secs(60);
 
 pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
