@@ -233,24 +233,6 @@ impl Drawing {
         self
     }
 
-    /// Draws a motion that is not made, for comparison with the one that is.
-    pub(crate) fn compare(&mut self, origin: Point, path: Path, speed: u32) {
-        self.plot.purpose(Purpose::Rapid);
-        self.add(origin, path, speed);
-        self.plot.purpose(Purpose::Work);
-    }
-
-    /// Adds a motion at a constant speed that begins at time 0, and returns when it ends.
-    fn add(&mut self, origin: Point, path: Path, speed: u32) -> Time {
-        let steps = path.length();
-        let profile = Profile::constant(steps, speed);
-        let now = Time::from_nanos(profile.duration());
-        let segment = Box::new(Segment { path, profile });
-        self.plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin, segment }));
-        self.plot.see(now, &Event::Motion(Motion::Ends { steps }));
-        now
-    }
-
     /// Draws a single motion at a constant speed.
     pub(crate) fn finish_alone(
         mut self,
@@ -258,8 +240,13 @@ impl Drawing {
         path: Path,
         speed: u32,
     ) -> Result<(), Failure> {
-        let end: Point = path.at(path.length());
-        let now = self.add(origin, path, speed);
+        let steps = path.length();
+        let end: Point = path.at(steps);
+        let profile = Profile::constant(steps, speed);
+        let now = Time::from_nanos(profile.duration());
+        let segment = Box::new(Segment { path, profile });
+        self.plot.see(Time::ZERO, &Event::Motion(Motion::Begins { origin, segment }));
+        self.plot.see(now, &Event::Motion(Motion::Ends { steps }));
         self.finish(now, &std::array::from_fn(|axis| origin[axis] + end[axis]))
     }
 

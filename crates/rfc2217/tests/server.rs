@@ -80,8 +80,8 @@ fn a_client_that_has_agreed_is_told_of_the_lines() {
     assert_eq!(server.take_replies(), []);
     assert_eq!(heard(&mut server, &sub(&[7])).1, sub(&[107, 0x20]));
     server.set_line(DSR, false);
-    assert_eq!(server.take_replies(), sub(&[107, 0x02]));
-    assert_eq!(heard(&mut server, &sub(&[11, 0xff])).1.last_chunk(), Some(&[0x10, 0xff, 0xf0]));
+    assert_eq!(server.take_replies(), sub(&[107, 0]));
+    assert_eq!(heard(&mut server, &sub(&[11, 0xfc])).1.last_chunk(), Some(&[0x10, 0xff, 0xf0]));
     for (line, states) in [(RI, [0x54, 0x14]), (DCD, [0x98, 0x18])] {
         for (on, state) in [true, false].into_iter().zip(states) {
             server.set_line(line, on);

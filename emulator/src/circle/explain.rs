@@ -10,7 +10,7 @@ use super::{Arguments, MOST, print};
 use crate::failure::Failure;
 
 /// A command `y` or `w`.
-struct Command {
+struct ArcCommand {
     /// Everything up to its letter, with it.
     head: String,
     steps: u64,
@@ -21,7 +21,7 @@ struct Command {
 }
 
 pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
-    let command = Command::parse(text).map_err(|wrong| {
+    let command = ArcCommand::parse(text).map_err(|wrong| {
         Failure::usage(format!(
             "--explain {text}: {wrong}; @0y400,1500,119,-141,141,-1,-1 is a command"
         ))
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     let off = arc.off_circle(turn);
     let remedy = off.as_ref().map_or(Some(command.start), |off| off.remedy);
     let (start, end) = (command.start, arc.state_at(command.steps));
-    draw(arguments, &command, &arc, remedy)?;
+    draw(arguments, &command, &arc)?;
     let ends = off.map_or_else(
         || "ends on the circle".to_owned(),
         |off| format!("ends {} steps off the circle; {}", off.steps, off.remedy_in_words()),
@@ -69,33 +69,27 @@ pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Draws what the command does, over the arc that ends on the circle.
-fn draw(
-    arguments: &Arguments,
-    command: &Command,
-    arc: &Arc,
-    remedy: Option<ArcState>,
-) -> Result<(), Failure> {
+/// Draws what the command does, around the centre, if a picture is wanted.
+fn draw(arguments: &Arguments, command: &ArcCommand, arc: &Arc) -> Result<(), Failure> {
     let (first, second) = arguments.plane.axes();
     let axes = ["X", "Y", "Z"].map(Axis::in_steps);
-    let frame = Frame { title: command.with(command.start), axes: axes.into() };
-    let Some(mut drawing) = arguments.pictured.begin(frame)? else { return Ok(()) };
-    let path = |arc: Arc| match command.rise {
-        None => Path::Arc(arc),
-        Some(rise) => Path::Helix(Helix::new(arc, 3 - first - second, rise)),
+    let title = command.with(command.start).trim_start_matches('@').to_owned();
+    let Some(drawing) = arguments.pictured.begin(Frame { title, axes: axes.into() })? else {
+        return Ok(());
+    };
+    let path = match command.rise {
+        None => Path::Arc(arc.clone()),
+        Some(rise) => Path::Helix(Helix::new(arc.clone(), 3 - first - second, rise)),
     };
     let mut origin = [0; AXES];
     (origin[first], origin[second]) = (command.start.x, command.start.y);
     let speed = u32::try_from(command.speed).unwrap_or(1).max(1);
-    if let Some(start) = remedy.filter(|start| *start != command.start) {
-        drawing.compare(origin, path(Arc::new(first, second, command.steps, start)), speed);
-    }
-    drawing.seen_from(arguments.plane.view()).finish_alone(origin, path(arc.clone()), speed)
+    drawing.seen_from(arguments.plane.view()).finish_alone(origin, path, speed)
 }
 
-impl Command {
+impl ArcCommand {
     /// Reads a command as it is sent or stored.
-    fn parse(text: &str) -> Result<Command, String> {
+    fn parse(text: &str) -> Result<ArcCommand, String> {
         let text: String = text.split_whitespace().collect();
         let Some(at) = text.find(['y', 'w']) else {
             return Err("it is neither a circle, `y`, nor a helix, `w`".to_owned());
@@ -126,12 +120,12 @@ impl Command {
             _ => Err(format!("Rx and Ry are 1 or -1, not {r}")),
         };
         let start = ArcState { x, y, d, rx: direction(rx)?, ry: direction(ry)? };
-        Ok(Command { head: head.to_owned(), steps, speed, start, rise })
+        Ok(ArcCommand { head: head.to_owned(), steps, speed, start, rise })
     }
 
     /// The command with other registers.
     fn with(&self, start: ArcState) -> String {
-        let Command { head, steps, speed, rise, .. } = self;
+        let ArcCommand { head, steps, speed, rise, .. } = self;
         let ArcState { x, y, d, rx, ry } = start;
         let rise = rise.map(|rise| format!(",{rise}")).unwrap_or_default();
         format!("{head}{steps},{speed},{d},{x},{y},{rx},{ry}{rise}")

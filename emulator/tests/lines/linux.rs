@@ -409,11 +409,13 @@ fn start_shows_on_a_line() -> Outcome {
     let model = vimc4::model_profile("imc4-m").map_err(|error| error.to_string())?;
     let wired = model.replace("[line]", "[line]\nstart_line = \"dsr\"");
     fs::write(folder.path().join("wired.toml"), wired)?;
-    fs::write(folder.path().join("hand.txt"), "every 20ms: hold start for 10ms\n")?;
+    let hand = "[[rule]]\nevery = \"20ms\"\ndo = \"hold start for 10ms\"\n";
+    fs::write(folder.path().join("hand.toml"), hand)?;
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(["lines", "--serve", "--model", "wired.toml", "--scenario", "hand.txt", "--"]);
+    command.args(["lines", "--serve", "--model", "wired.toml", "--scenario", "hand.toml", "--"]);
     command.arg(std::env::current_exe()?).arg("./vimc4.pty").env(CLIENT, "watches START");
     let output = output(command.current_dir(folder.path()))?;
+    eprint!("{}", text(&output.stderr));
     same("said", text(&output.stdout).as_str(), "START pressed, released, pressed\n")
 }
 
@@ -422,7 +424,7 @@ fn watching_client(link: &str) -> serialport::Result<()> {
     let mut port = serialport::new(link, 19_200).open()?;
     let mut see = |on: bool| -> serialport::Result<()> {
         while port.read_data_set_ready()? != on {
-            thread::sleep(Duration::from_millis(1));
+            thread::yield_now();
         }
         Ok(())
     };
