@@ -64,7 +64,7 @@ fn what_is_possible_is_this_many() {
         ("imc-s8", [73, 306, 218, 299]),
         ("imc4", [37, 161, 110, 206]),
         ("imc4-m", [41, 177, 122, 220]),
-        ("motionsystem", [46, 1024, 253, 260]),
+        ("motionsystem", [46, 1026, 253, 260]),
         ("smcu", [45, 121, 86, 132]),
     ];
     let expected = expected.map(|(name, all)| (name.to_owned(), all));
