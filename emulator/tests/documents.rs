@@ -418,7 +418,10 @@ fn check(bench: &Bench, page: &str, line: &str) -> Result<(), String> {
         run = run.replace("127.0.0.1:4004", &address);
     }
     if serves {
-        run = run.replace("127.0.0.1:8080", "127.0.0.1:0") + " --tcp 127.0.0.1:0";
+        run = run.replace("127.0.0.1:8080", "127.0.0.1:0").replace(":4004", ":0");
+        if !run.contains(" --tcp ") {
+            run += " --tcp 127.0.0.1:0";
+        }
     }
     // Playing takes a quarter of a minute; emulator/tests/conform.rs does. Here its options count.
     if line.starts_with("vimc4 conform") {
@@ -428,10 +431,12 @@ fn check(bench: &Bench, page: &str, line: &str) -> Result<(), String> {
             .filter(|word| !word.contains("vimc4.pty") && !word.contains("127.0.0.1"))
             .collect::<Vec<_>>()
             .join(" ");
-        run += " --list";
+        if !run.contains(" --list") {
+            run += " --list";
+        }
     }
     // Nobody is there to agree.
-    if line.starts_with("vimc4 send") {
+    if line.starts_with("vimc4 send") && !line.contains(" --yes") {
         run += " --yes";
     }
     let output = bench.run(&run, if serves { "quit\n" } else { "" });
