@@ -1,4 +1,5 @@
 //! Which command what happens belongs to.
+#![expect(clippy::expect_used, reason = "a test without a controller has failed")]
 
 use vimc4_device::{Event, Harness, Input, Kinds, Motion, Output, Stamp, Time};
 use vimc4_lpkf::{Controller, Model};
