@@ -26,7 +26,7 @@ use vimc4_debug::Debugger;
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
@@ -196,7 +196,7 @@ impl Ports {
     }
 }
 
-pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
+pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
     #[cfg(feature = "api")]
     if arguments.afar.is_meant() {
         return afar::run(&arguments.afar, arguments.script.as_deref());
@@ -209,7 +209,7 @@ pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failu
     let links = Links::default();
     let left = links.clone();
     interrupts::listen(&cancel, move || left.remove());
-    let mut session = open(&arguments, given, cancel, &links)?;
+    let mut session = open(&arguments, typed, cancel, &links)?;
     session.show = reading::on_terminal();
     let session = Rc::new(RefCell::new(session));
     let end = converse(&session, arguments.screen, script.as_ref());
@@ -236,7 +236,7 @@ fn converse(
 /// What the command line names.
 fn open(
     arguments: &Arguments,
-    given: &Given,
+    typed: &TypedOptions,
     cancel: Cancel,
     links: &Links,
 ) -> Result<Session, Failure> {
@@ -245,7 +245,7 @@ fn open(
         None => (setup.model(), None),
         Some(what) if Path::new(what).is_file() => (setup.model(), Some(Path::new(what))),
         Some(what) if vimc4_catalogue::models().contains(&what) => {
-            given.refuse(&["model"], "beside the name of a model")?;
+            typed.refuse(&["model"], "beside the name of a model")?;
             (what, None)
         }
         Some(what) => {
@@ -256,7 +256,7 @@ fn open(
         }
     };
     if let Some(file) = file {
-        given.refuse(&PORTS, "with a file, which no client reaches")?;
+        typed.refuse(&PORTS, "with a file, which no client reaches")?;
         let (time, keeps_going, axes, job) = (*time, *keep_going, *axes, job.clone());
         let sending = Sending { time, keeps_going, axes, job };
         let Opened { debugger, machine, note, share } = opened::open(file, setup.clone(), sending)?;
@@ -273,12 +273,12 @@ fn open(
         return Ok(session);
     }
     job.only_for_jobs(model)?;
-    given.refuse(&["for", "keep-going", "axes"], "without a file")?;
+    typed.refuse(&["for", "keep-going", "axes"], "without a file")?;
     let machine = vimc4::machine(setup.machine())?;
-    given.refuse_if(ports.link().is_none(), &["replace"], "without a pseudo-terminal")?;
-    given.refuse_if(ports.tcp == "none", &["tcp-clients"], "with --tcp none")?;
+    typed.refuse_if(ports.link().is_none(), &["replace"], "without a pseudo-terminal")?;
+    typed.refuse_if(ports.tcp == "none", &["tcp-clients"], "with --tcp none")?;
     if ports.are_none() {
-        given.refuse(&["time", "flash", "count", "fresh-clients"], "without clients")?;
+        typed.refuse(&["time", "flash", "count", "fresh-clients"], "without clients")?;
         let model = vimc4::model(model)?;
         let controller: Controller = bare(&model, &machine, &[]).map_err(Failure::midway)?;
         return Ok(Session::new(Debugger::new(controller), machine, cancel));

@@ -2,11 +2,11 @@
 
 use clap::{ArgMatches, Args, Command, Error, FromArgMatches};
 
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 
 /// The options of a subcommand. Those of the others are not built, which would take most of the
 /// program's start. With them come the names of those that were typed.
-pub(crate) struct Deferred<A>(pub(crate) A, pub(crate) Given);
+pub(crate) struct Deferred<A>(pub(crate) A, pub(crate) TypedOptions);
 
 fn augmented<A: Args>(command: Command) -> Command {
     // What a command is about stands where it is named, and its own text does not take that place.
@@ -26,12 +26,12 @@ impl<A: Args> Args for Deferred<A> {
 
 impl<A: FromArgMatches> FromArgMatches for Deferred<A> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Deferred<A>, Error> {
-        A::from_arg_matches(matches).map(|options| Deferred(options, Given::of(matches)))
+        A::from_arg_matches(matches).map(|options| Deferred(options, TypedOptions::of(matches)))
     }
 
     fn from_arg_matches_mut(matches: &mut ArgMatches) -> Result<Deferred<A>, Error> {
-        let given = Given::of(matches);
-        A::from_arg_matches_mut(matches).map(|options| Deferred(options, given))
+        let typed = TypedOptions::of(matches);
+        A::from_arg_matches_mut(matches).map(|options| Deferred(options, typed))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {

@@ -17,7 +17,7 @@ use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 use crate::log::Log;
 use crate::places::link;
 use crate::serve;
@@ -127,11 +127,11 @@ impl From<FarEnd> for Far {
     }
 }
 
-pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
+pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
     let is_cut = matches!(arguments.lines, FarEnd::None);
-    given.refuse_if(is_cut, &["dcd"], "with --lines none")?;
+    typed.refuse_if(is_cut, &["dcd"], "with --lines none")?;
     if arguments.serve {
-        arguments.controller.check(given)?;
+        arguments.controller.check(typed)?;
     }
     let Arguments { lines, dcd, serve, controller, program } = arguments;
     let Some((program, rest)) = program.split_first() else {
@@ -323,7 +323,7 @@ impl Served {
             if let Some(emulator) = emulators.first() {
                 say(Ok(emulator.control().clone()));
             }
-            let mut running = serve::Running::of(&emulators);
+            let mut running = serve::RunningControllers::of(&emulators);
             tokio::select! {
                 _ = ended => {}
                 () = running.all_end(log) => {}

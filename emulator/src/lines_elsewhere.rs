@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use crate::failure::Failure;
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 
 /// Whatever somebody has read of it elsewhere.
 #[derive(clap::Args)]
@@ -14,7 +14,7 @@ pub(crate) struct Arguments {
     _words: Vec<OsString>,
 }
 
-pub(crate) fn run(_: Arguments, _: &Given) -> Result<ExitCode, Failure> {
+pub(crate) fn run(_: Arguments, _: &TypedOptions) -> Result<ExitCode, Failure> {
     Err(Failure::usage(
         "`vimc4 lines` is for pseudo-terminals, which this system does not have; a serial port has \
          modem lines of its own (`vimc4 serve --serial COM7`), and so has one over the network \

@@ -18,7 +18,7 @@ mod drawing;
 mod endings;
 mod failure;
 mod framing;
-mod given;
+mod typed_options;
 mod here;
 mod identity;
 mod job;

@@ -18,7 +18,7 @@ use vimc4_catalogue::{Controller, Handling};
 
 use crate::endings;
 use crate::failure::Failure;
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 use crate::job::file;
 use crate::job::source::JobArguments;
 use crate::ncp::run as job;
@@ -30,7 +30,7 @@ use session::Session;
 use vimc4_script::{Kind, Script, is_job, takes_jobs};
 use world::Outside;
 
-pub(crate) fn run(mut arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
+pub(crate) fn run(mut arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
     endings::heed()?;
     arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
@@ -41,7 +41,7 @@ pub(crate) fn run(mut arguments: Arguments, given: &Given) -> Result<ExitCode, F
     let handling = Handling::of(&model);
     file::no_g_code(&text::name(&arguments.file), &bytes)?;
     if takes_jobs(&model) && is_job(&bytes) {
-        given.refuse(&["axes", "loops", "keep-going", "ignore-numbers"], "with a job")?;
+        typed.refuse(&["axes", "loops", "keep-going", "ignore-numbers"], "with a job")?;
         let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, setup);
         let job = job::Arguments::new(job, world, time, json, verbose);
@@ -51,12 +51,12 @@ pub(crate) fn run(mut arguments: Arguments, given: &Given) -> Result<ExitCode, F
         Script::of(&text::name(&arguments.file), &bytes, &handling).map_err(Failure::usage)?;
     match script.kind {
         Kind::Commands => {
-            given.refuse(&["axes", "keep-going", "ignore-numbers"], "with commands")?
+            typed.refuse(&["axes", "keep-going", "ignore-numbers"], "with commands")?
         }
         Kind::DataField => {
-            given.refuse(&["keep-going", "ignore-numbers"], "with a stored program")?;
+            typed.refuse(&["keep-going", "ignore-numbers"], "with a stored program")?;
         }
-        Kind::Stream => given.refuse(&["axes", "loops"], "with a plot file")?,
+        Kind::Stream => typed.refuse(&["axes", "loops"], "with a plot file")?,
     }
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;

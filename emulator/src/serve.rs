@@ -25,14 +25,14 @@ use crate::coverage;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
-use crate::given::Given;
+use crate::typed_options::TypedOptions;
 use crate::here::here;
 use crate::identity::none_twice;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
 use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered, of_flash};
-use crate::recording::served::Live;
+use crate::recording::served::ServedDrawing;
 use crate::traces;
 use crate::values::size;
 use crate::waves::{Drawn, Sheets};
@@ -226,13 +226,13 @@ impl Arguments {
     /// # Errors
     ///
     /// If there is one.
-    pub(crate) fn check(&self, given: &Given) -> Result<(), Failure> {
+    pub(crate) fn check(&self, typed: &TypedOptions) -> Result<(), Failure> {
         let has_pty = link(self.pty.as_deref(), self.replace).is_some();
         let has_tcp = self.tcp != "none";
-        given.refuse_if(!has_pty, &["replace"], "without a pseudo-terminal")?;
-        given.refuse_if(!has_tcp, &["tcp-clients"], "with --tcp none")?;
+        typed.refuse_if(!has_pty, &["replace"], "without a pseudo-terminal")?;
+        typed.refuse_if(!has_tcp, &["tcp-clients"], "with --tcp none")?;
         let has_clients = has_pty || has_tcp || self.rfc2217.is_some();
-        given.refuse_if(!has_clients, &["fresh-clients"], "without clients")
+        typed.refuse_if(!has_clients, &["fresh-clients"], "without clients")
     }
 
     /// Refuses controllers that nothing can reach.
@@ -254,8 +254,8 @@ impl Arguments {
     }
 }
 
-pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failure> {
-    arguments.check(given)?;
+pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
+    arguments.check(typed)?;
     arguments.must_be_reachable()?;
     let Arguments { record, coverage, flash, log, scenario, drawn, .. } = &arguments;
     let outputs = [record, coverage, flash, log].into_iter().flatten().map(PathBuf::as_path);
@@ -311,11 +311,11 @@ pub(crate) fn run(arguments: Arguments, given: &Given) -> Result<ExitCode, Failu
             Ok(Err(failure)) => Err(failure),
             Err(code) => Ok(code),
         };
-        let names = Live::names(&drawn);
+        let names = ServedDrawing::names(&drawn);
         let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
         let finish = async {
-            let kept = counted.keep().and(Live::finish_all(drawn).await);
+            let kept = counted.keep().and(ServedDrawing::finish_all(drawn).await);
             let end = end.and_then(|code| kept.map(|()| code));
             let _ = timeout(STANDSTILL, answers.written()).await;
             end
@@ -362,12 +362,12 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 pub(crate) async fn finish(
     arguments: &Arguments,
     emulators: Vec<Emulator>,
-    drawn: Vec<Live>,
+    drawn: Vec<ServedDrawing>,
     log: &Log,
 ) -> Result<(), Failure> {
     let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
-    counted.keep().and(Live::finish_all(drawn).await)
+    counted.keep().and(ServedDrawing::finish_all(drawn).await)
 }
 
 /// The controllers whose coverage is kept when they have ended, and where.
@@ -412,7 +412,7 @@ pub(crate) async fn start(
     arguments: &Arguments,
     log: &Log,
     emulators: &mut Vec<Emulator>,
-    drawn: &mut Vec<Live>,
+    drawn: &mut Vec<ServedDrawing>,
 ) -> Result<(), Failure> {
     let count = arguments.count;
     if !arguments.serial.is_empty() && arguments.serial.len() != usize::from(count) {
@@ -487,7 +487,7 @@ pub(crate) async fn start(
         if let Some(sheets) = sheets(&arguments.drawn, several).await? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
-            let (live, watcher) = Live::new(&model, &machine, arguments.time, sort, sheets, log)?;
+            let (live, watcher) = ServedDrawing::new(&model, &machine, arguments.time, sort, sheets, log)?;
             drawn.push(live);
             builder = builder.sink(watcher);
         }
@@ -629,7 +629,7 @@ async fn attend(
     let mut lines = orders::read();
     let mut desk = Desk::new(emulators, &names);
     let (mut typing, mut ending) = (true, false);
-    let mut running = Running::of(emulators);
+    let mut running = RunningControllers::of(emulators);
     loop {
         tokio::select! {
             code = endings.told() => return running.outcome().map(|()| code),
@@ -669,7 +669,7 @@ async fn attend(
 
 /// The controllers that run. One ends by itself only if its flash file can no longer be written; the
 /// others go on.
-pub(crate) struct Running {
+pub(crate) struct RunningControllers {
     ends: Vec<(usize, End)>,
     count: usize,
     failure: Option<Failure>,
@@ -678,10 +678,10 @@ pub(crate) struct Running {
 /// Resolves when a controller has ended.
 type End = Pin<Box<dyn Future<Output = Result<(), vimc4::Error>> + Send>>;
 
-impl Running {
-    pub(crate) fn of(emulators: &[Emulator]) -> Running {
+impl RunningControllers {
+    pub(crate) fn of(emulators: &[Emulator]) -> RunningControllers {
         let ends = (1..).zip(emulators).map(|(number, of)| (number, Box::pin(of.end()) as End));
-        Running { ends: ends.collect(), count: emulators.len(), failure: None }
+        RunningControllers { ends: ends.collect(), count: emulators.len(), failure: None }
     }
 
     /// Says which controllers end, and resolves when the last one has.

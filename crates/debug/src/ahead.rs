@@ -11,7 +11,7 @@ use crate::{Feed, Wired};
 
 /// How a search forward has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ahead {
+pub(crate) enum SearchEnd {
     /// As a search of the history ends.
     Found(Found),
     /// The host has its turn before that.
@@ -30,15 +30,15 @@ pub(crate) fn seek_next(
     sought: &mut impl Sought<Wired>,
     is_timeless: bool,
     progress: &mut Progress<'_>,
-) -> Ahead {
+) -> SearchEnd {
     let end = end_of(history);
     if feed.is_some() && !history.is_at_end() && end < until {
         let found = history.seek_next(end, sought, progress);
         if found == Found::Nowhere {
             history.run_to(end);
-            return Ahead::HostTurn;
+            return SearchEnd::HostTurn;
         }
-        return Ahead::Found(found);
+        return SearchEnd::Found(found);
     }
     let looked_for = feed.and_then(|feed| feed.looks_for(history));
     if until < Time::NEVER || !is_timeless {
@@ -46,7 +46,7 @@ pub(crate) fn seek_next(
     }
     let mut endless = Recurrence::new(sought, end);
     match seek_or(history, looked_for.as_ref(), until, &mut endless, progress) {
-        ahead @ Ahead::Found(Found::Here) => endless.span().map_or(ahead, Ahead::Repeats),
+        ahead @ SearchEnd::Found(Found::Here) => endless.span().map_or(ahead, SearchEnd::Repeats),
         ahead => ahead,
     }
 }
@@ -58,15 +58,15 @@ fn seek_or(
     until: Time,
     sought: &mut impl Sought<Wired>,
     progress: &mut Progress<'_>,
-) -> Ahead {
+) -> SearchEnd {
     let Some(condition) = condition else {
-        return Ahead::Found(history.seek_next(until, sought, progress));
+        return SearchEnd::Found(history.seek_next(until, sought, progress));
     };
     let other = Begins::new(condition);
     let mut either = Either { sought, other, is_other: false, looked_until: None };
     match history.seek_next(until, &mut either, progress) {
-        Found::Here if either.is_other => Ahead::HostTurn,
-        found => Ahead::Found(found),
+        Found::Here if either.is_other => SearchEnd::HostTurn,
+        found => SearchEnd::Found(found),
     }
 }
 

@@ -10,7 +10,7 @@ use vimc4_device::{
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
-use crate::ahead::{Ahead, end_of, seek_next};
+use crate::ahead::{SearchEnd, end_of, seek_next};
 use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::expression::filled;
@@ -88,14 +88,14 @@ impl Debugger {
                 (Way::Forward, _) => {
                     seek_next(history, feed, limit, &mut walk, is_timeless, progress)
                 }
-                (Way::Back, false) => Ahead::Found(history.seek_last(&mut walk, progress)),
+                (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
                 // What happens at this moment comes before what the host asks.
-                (Way::Back, true) => Ahead::Found(history.seek_last_or_here(&mut walk, progress)),
+                (Way::Back, true) => SearchEnd::Found(history.seek_last_or_here(&mut walk, progress)),
             };
             let (is_turn, found) = match ahead {
-                Ahead::Found(found) => (false, found),
-                Ahead::HostTurn => (true, Found::Here),
-                Ahead::Repeats(span) => {
+                SearchEnd::Found(found) => (false, found),
+                SearchEnd::HostTurn => (true, Found::Here),
+                SearchEnd::Repeats(span) => {
                     return self.stays_at(begun.1, endless(span, &format!("no {unit} comes")));
                 }
             };
@@ -255,13 +255,13 @@ impl Debugger {
                 (Way::Forward, _) => {
                     seek_next(history, feed, limit, &mut walk, is_timeless, progress)
                 }
-                (Way::Back, false) => Ahead::Found(history.seek_last(&mut walk, progress)),
-                (Way::Back, true) => Ahead::Found(history.seek_last_or_here(&mut walk, progress)),
+                (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
+                (Way::Back, true) => SearchEnd::Found(history.seek_last_or_here(&mut walk, progress)),
             };
             let (is_turn, found) = match ahead {
-                Ahead::Found(found) => (false, found),
-                Ahead::HostTurn => (true, Found::Here),
-                Ahead::Repeats(span) => {
+                SearchEnd::Found(found) => (false, found),
+                SearchEnd::HostTurn => (true, Found::Here),
+                SearchEnd::Repeats(span) => {
                     return self.stays_at(begun, endless(span, "nothing stops it"));
                 }
             };
@@ -454,9 +454,9 @@ impl Debugger {
             self.history.go_to_time(end);
             let is_timeless = is_timeless(condition);
             match self.seek_beyond(&mut begins, is_timeless, problems, progress) {
-                Ahead::Found(beyond) => found = beyond,
-                Ahead::HostTurn => {}
-                Ahead::Repeats(span) => repeats = Some(span),
+                SearchEnd::Found(beyond) => found = beyond,
+                SearchEnd::HostTurn => {}
+                SearchEnd::Repeats(span) => repeats = Some(span),
             }
         }
         if found != Found::Here {
@@ -598,9 +598,9 @@ impl Debugger {
             let mut begins = CommandBegins(number);
             let problems = &mut Problems::default();
             match self.seek_beyond(&mut begins, true, problems, progress) {
-                Ahead::Found(beyond) => found = beyond,
-                Ahead::HostTurn => {}
-                Ahead::Repeats(span) => repeats = Some(endless(span, "it never comes to that")),
+                SearchEnd::Found(beyond) => found = beyond,
+                SearchEnd::HostTurn => {}
+                SearchEnd::Repeats(span) => repeats = Some(endless(span, "it never comes to that")),
             }
         }
         if found == Found::Here {
@@ -676,7 +676,7 @@ impl Debugger {
         let (mut nothing, mut problems) = (Walk::new(Way::Forward), Problems::default());
         let ahead = self.host_goes_on_to(&mut nothing, true, &mut problems, progress);
         let why = match (ahead, self.rests()) {
-            (Ahead::Found(Found::GivenUp), _) => Reason::Cancelled,
+            (SearchEnd::Found(Found::GivenUp), _) => Reason::Cancelled,
             (_, waits @ Reason::Waits(_)) => waits,
             _ => Reason::Gone,
         };
@@ -690,9 +690,9 @@ impl Debugger {
         is_timeless: bool,
         problems: &mut Problems,
         progress: &mut Progress<'_>,
-    ) -> Ahead {
+    ) -> SearchEnd {
         let ahead = self.host_goes_on_to(sought, is_timeless, problems, progress);
-        if ahead != Ahead::Found(Found::Nowhere) || self.stays {
+        if ahead != SearchEnd::Found(Found::Nowhere) || self.stays {
             return ahead;
         }
         let mut telling = Telling { sought, problems };
@@ -706,7 +706,7 @@ impl Debugger {
         is_timeless: bool,
         problems: &mut Problems,
         progress: &mut Progress<'_>,
-    ) -> Ahead {
+    ) -> SearchEnd {
         let mut has_rested = false;
         loop {
             self.host_hears(&problems.last);
@@ -714,15 +714,15 @@ impl Debugger {
             let feed = self.feed.as_ref();
             let is_done = feed.is_none_or(|feed| feed.is_done(&self.history));
             if turn == Turn::Asks || turn == Turn::Idle && (is_done || has_rested) {
-                return Ahead::Found(Found::Nowhere);
+                return SearchEnd::Found(Found::Nowhere);
             }
             let mut telling = Telling { sought, problems };
             let history = &mut self.history;
             let ahead = seek_next(history, feed, Time::NEVER, &mut telling, is_timeless, progress);
             let has_ended = match ahead {
-                Ahead::Found(Found::Here | Found::GivenUp) | Ahead::Repeats(_) => return ahead,
-                Ahead::Found(Found::Nowhere) => true,
-                Ahead::HostTurn => false,
+                SearchEnd::Found(Found::Here | Found::GivenUp) | SearchEnd::Repeats(_) => return ahead,
+                SearchEnd::Found(Found::Nowhere) => true,
+                SearchEnd::HostTurn => false,
             };
             has_rested = turn == Turn::Idle && has_ended;
         }
@@ -986,7 +986,7 @@ impl Debugger {
         loop {
             let (history, feed) = (&mut self.history, self.feed.as_ref());
             let ahead = seek_next(history, feed, end, &mut nothing, false, progress);
-            if ahead == Ahead::Found(Found::GivenUp) {
+            if ahead == SearchEnd::Found(Found::GivenUp) {
                 return self.stopped(Reason::Cancelled, Vec::new());
             }
             let went_wrong = nothing.problems.replace(Problems::default()).unwrap_or_default();
@@ -995,7 +995,7 @@ impl Debugger {
             if turn != Turn::Asks {
                 turn = self.host_goes_on(Way::Forward);
             }
-            if ahead != Ahead::HostTurn && !matches!(turn, Turn::Acted | Turn::Comes) {
+            if ahead != SearchEnd::HostTurn && !matches!(turn, Turn::Acted | Turn::Comes) {
                 break;
             }
         }
@@ -1180,12 +1180,12 @@ impl Debugger {
     }
 
     /// Where the present is, how far the way is known, and what the host has asked there.
-    fn whereabouts_now(&self) -> Begun {
-        Begun { place: self.place(), known: self.known(), standing: self.standing() }
+    fn whereabouts_now(&self) -> WalkStart {
+        WalkStart { place: self.place(), known: self.known(), standing: self.standing() }
     }
 
     /// A walk that never ends leaves no trace: the present is where it was.
-    fn stays_at(&mut self, begun: Begun, why: String) -> Stop {
+    fn stays_at(&mut self, begun: WalkStart, why: String) -> Stop {
         self.history.go_back_to(begun.place);
         self.forget_beyond(begun.known);
         self.stand(begun.standing);
@@ -1270,7 +1270,7 @@ impl Debugger {
 }
 
 /// Where a walk has begun.
-struct Begun {
+struct WalkStart {
     place: Place,
     known: Option<Known>,
     standing: Standing,

@@ -18,7 +18,7 @@ pub(crate) struct Recurrence<'s, S> {
     sought: &'s mut S,
     /// No input comes after this instant.
     end: Time,
-    kept: Option<Kept>,
+    kept: Option<EarlierState>,
     /// How many lines have begun since then, and at how many the state is replaced.
     lines: u64,
     most: u64,
@@ -26,7 +26,7 @@ pub(crate) struct Recurrence<'s, S> {
 }
 
 /// A state, and what tells at low cost that another one is different.
-struct Kept {
+struct EarlierState {
     at: Time,
     line: u32,
     position: Point,
@@ -54,29 +54,29 @@ impl<'s, S> Recurrence<'s, S> {
         let same = self.kept.as_ref().filter(|kept| kept.line == line && kept.position == position);
         if let Some(kept) = same {
             let nanos = device.now().nanos_since(kept.at);
-            if nanos > 0 && kept.is_later(&Kept::of(device, line, position), nanos) {
+            if nanos > 0 && kept.is_later(&EarlierState::of(device, line, position), nanos) {
                 self.span = Some(Duration::from_nanos(nanos));
                 return true;
             }
         }
         self.lines += 1;
         if self.kept.is_none() || self.lines >= self.most {
-            self.kept = Some(Kept::of(device, line, position));
+            self.kept = Some(EarlierState::of(device, line, position));
             (self.lines, self.most) = (0, self.most.saturating_mul(2));
         }
         false
     }
 }
 
-impl Kept {
-    fn of(device: &Wired, line: u32, position: Point) -> Kept {
+impl EarlierState {
+    fn of(device: &Wired, line: u32, position: Point) -> EarlierState {
         let at = device.now();
         let state = serde_json::to_value(device.state()).unwrap_or_default();
-        Kept { at, line, position, timers: device.view(at).timers, state }
+        EarlierState { at, line, position, timers: device.view(at).timers, state }
     }
 
     /// Whether another state is the same so many nanoseconds later.
-    fn is_later(&self, other: &Kept, nanos: u64) -> bool {
+    fn is_later(&self, other: &EarlierState, nanos: u64) -> bool {
         let is_shifted = |(one, other): (&TimerView, &TimerView)| {
             one.cause == other.cause && one.due.after_nanos(nanos) == other.due
         };

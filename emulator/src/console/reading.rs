@@ -33,7 +33,7 @@ pub(crate) fn on_terminal() -> Option<Show> {
 }
 
 /// Goes on until somebody wants it to end, and shows meanwhile how far it has come.
-pub(crate) struct Watched {
+pub(crate) struct SearchProgress {
     cancel: Cancel,
     show: Option<Show>,
     share: Option<Share>,
@@ -43,11 +43,11 @@ pub(crate) struct Watched {
     is_shown: bool,
 }
 
-impl Watched {
-    pub(crate) fn new(cancel: &Cancel, show: Option<Show>, share: Option<Share>) -> Watched {
+impl SearchProgress {
+    pub(crate) fn new(cancel: &Cancel, show: Option<Show>, share: Option<Share>) -> SearchProgress {
         let begun = share.as_ref().and_then(Share::thousandths);
         let next = Instant::now() + LONG;
-        Watched { cancel: cancel.clone(), show, share, begun, next, is_shown: false }
+        SearchProgress { cancel: cancel.clone(), show, share, begun, next, is_shown: false }
     }
 
     /// Whether to go on, at this time of the controller.
@@ -77,7 +77,7 @@ impl Watched {
     }
 }
 
-impl Drop for Watched {
+impl Drop for SearchProgress {
     fn drop(&mut self) {
         if let Some(show) = self.show.as_ref().filter(|_| self.is_shown) {
             show("");

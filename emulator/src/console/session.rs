@@ -20,7 +20,7 @@ use vimc4_device::{Device, View, show_nanos};
 use vimc4_timeline::History;
 use vimc4_timeline::Progress;
 
-use super::reading::{Show, Watched as WatchedSearch};
+use super::reading::{Show, SearchProgress};
 use super::screen::{SaidKind, SaidLine};
 use crate::live::{self, Live, Until};
 use crate::recording::file::Share;
@@ -370,8 +370,8 @@ impl Session {
     }
 
     /// Lets a search go on until somebody wants it to end, and shows meanwhile how far it has come.
-    pub(crate) fn watched_search(&self) -> WatchedSearch {
-        WatchedSearch::new(&self.cancel, self.show.clone(), self.share.clone())
+    pub(crate) fn watched_search(&self) -> SearchProgress {
+        SearchProgress::new(&self.cancel, self.show.clone(), self.share.clone())
     }
 
     /// Says what is sent of what follows in the file.

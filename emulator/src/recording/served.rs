@@ -47,14 +47,14 @@ const FLUSH: Duration = Duration::from_millis(500);
 const STANDSTILL: Duration = Duration::from_millis(700);
 
 /// A controller that is drawn while it runs.
-pub(crate) struct Live {
-    feed: Arc<Feed>,
+pub(crate) struct ServedDrawing {
+    feed: Arc<DrawingQueue>,
     done: oneshot::Receiver<Result<(), Failure>>,
     writes: Arc<AtomicU64>,
     names: Vec<String>,
 }
 
-impl Live {
+impl ServedDrawing {
     /// Begins to draw a controller whose time passes like this; its sink has to watch from the first
     /// moment. Errors while it is written go to the log.
     ///
@@ -68,7 +68,7 @@ impl Live {
         sort: LineSort,
         sheets: Sheets,
         log: &Log,
-    ) -> Result<(Live, Watcher), Failure> {
+    ) -> Result<(ServedDrawing, Watcher), Failure> {
         let head = Head {
             line: sort,
             ..vimc4::recording_head(model, machine, &clock.to_string(), "serve")
@@ -79,12 +79,12 @@ impl Live {
         let feed = Arc::clone(&watcher.feed);
         let (writes, names, log) = (sheets.writes(), sheets.names(), log.clone());
         let (tell, done) = oneshot::channel();
-        let told = Arc::clone(&feed);
+        let queue = Arc::clone(&feed);
         let draw = move || {
-            let end = EndOfThread(&told);
+            let end = QueueRelease(&queue);
             let drawing = Drawing::new(site, sort, Some(sheets));
             let outcome =
-                drawing.and_then(|drawing| follow(drawing, &told, &mut |text| log.say(text)));
+                drawing.and_then(|drawing| follow(drawing, &queue, &mut |text| log.say(text)));
             drop(end);
             // Whoever asked for the end may have stopped waiting.
             let _ = tell.send(outcome);
@@ -93,11 +93,11 @@ impl Live {
             .name("waveform".to_owned())
             .spawn(draw)
             .map_err(|error| Failure::usage(format!("cannot start a thread: {error}")))?;
-        Ok((Live { feed, done, writes, names }, watcher))
+        Ok((ServedDrawing { feed, done, writes, names }, watcher))
     }
 
     /// The files of all of them, as the end of a message.
-    pub(crate) fn names(all: &[Live]) -> String {
+    pub(crate) fn names(all: &[ServedDrawing]) -> String {
         let names: Vec<&str> =
             all.iter().flat_map(|live| &live.names).map(String::as_str).collect();
         if names.is_empty() {
@@ -111,8 +111,8 @@ impl Live {
     /// # Errors
     ///
     /// If not everything could be written.
-    pub(crate) async fn finish_all(all: Vec<Live>) -> Result<(), Failure> {
-        let mut ends: JoinSet<_> = all.into_iter().map(Live::finish).collect();
+    pub(crate) async fn finish_all(all: Vec<ServedDrawing>) -> Result<(), Failure> {
+        let mut ends: JoinSet<_> = all.into_iter().map(ServedDrawing::finish).collect();
         let mut outcome = Ok(());
         while let Some(end) = ends.join_next().await {
             outcome = outcome.and(end.unwrap_or(Ok(())));
@@ -139,21 +139,21 @@ impl Live {
     }
 }
 
-/// What the controller has told the thread, and how far the thread has come.
+/// Messages from the controller to the thread, and how far the thread has come.
 #[derive(Default)]
-struct Feed {
-    waiting: Mutex<Waiting>,
+struct DrawingQueue {
+    waiting: Mutex<QueueState>,
     more: Condvar,
     /// How far it may be drawn behind the controller, in nanoseconds of model time.
     behind: u64,
 }
 
 #[derive(Default)]
-struct Waiting {
-    told: VecDeque<(Told, usize)>,
+struct QueueState {
+    messages: VecDeque<(Message, usize)>,
     /// How many bytes wait, with those that are being drawn.
     size: usize,
-    /// How far time has come for the controller, and whether the thread has not been told yet.
+    /// The present time of the controller, and whether the thread has yet to learn it.
     now: Time,
     has_passed: bool,
     /// How far it is drawn.
@@ -168,25 +168,25 @@ struct Waiting {
     waker: Option<Waker>,
 }
 
-enum Told {
+enum Message {
     Entry(Time, What),
-    Given(Time, OwnedInput),
+    Input(Time, OwnedInput),
 }
 
 /// What the thread does next.
-enum Next {
-    Take(Told, usize),
+enum Task {
+    Take(Message, usize),
     Pass(Time),
     Flush,
     Finish(Time),
 }
 
-impl Feed {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+impl DrawingQueue {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn change(&self, change: impl FnOnce(&mut Waiting)) {
+    fn change(&self, change: impl FnOnce(&mut QueueState)) {
         let mut waiting = self.lock();
         change(&mut waiting);
         if waiting.sleeps {
@@ -194,12 +194,12 @@ impl Feed {
         }
     }
 
-    fn tell(&self, told: Told, size: usize) {
+    fn tell(&self, message: Message, size: usize) {
         self.change(|waiting| {
             // A thread that can no longer write has ended.
             if !waiting.is_over {
                 waiting.size += size;
-                waiting.told.push_back((told, size));
+                waiting.messages.push_back((message, size));
             }
         });
     }
@@ -217,21 +217,21 @@ impl Feed {
     }
 
     /// Waits for the next thing to do, until it is time to write what has been drawn.
-    fn next(&self, until: Option<Instant>) -> Next {
+    fn next(&self, until: Option<Instant>) -> Task {
         let mut waiting = self.lock();
         loop {
-            if let Some((told, size)) = waiting.told.pop_front() {
-                return Next::Take(told, size);
+            if let Some((message, size)) = waiting.messages.pop_front() {
+                return Task::Take(message, size);
             }
             if waiting.ended {
-                return Next::Finish(waiting.now);
+                return Task::Finish(waiting.now);
             }
             if std::mem::take(&mut waiting.has_passed) {
-                return Next::Pass(waiting.now);
+                return Task::Pass(waiting.now);
             }
             let left = until.map(|until| until.saturating_duration_since(Instant::now()));
             if left.is_some_and(|left| left.is_zero()) {
-                return Next::Flush;
+                return Task::Flush;
             }
             waiting.sleeps = true;
             waiting = match left {
@@ -259,20 +259,20 @@ impl Feed {
     }
 }
 
-impl Waiting {
+impl QueueState {
     fn has_room(&self, room: usize, behind: u64) -> bool {
         self.is_over || self.size <= room && self.now.nanos_since(self.drawn) <= behind
     }
 }
 
 /// Lets the controller go on without the thread, however that ends.
-struct EndOfThread<'a>(&'a Feed);
+struct QueueRelease<'a>(&'a DrawingQueue);
 
-impl Drop for EndOfThread<'_> {
+impl Drop for QueueRelease<'_> {
     fn drop(&mut self) {
         let mut waiting = self.0.lock();
         waiting.is_over = true;
-        waiting.told.clear();
+        waiting.messages.clear();
         if let Some(waker) = waiting.waker.take() {
             drop(waiting);
             waker.wake();
@@ -280,26 +280,26 @@ impl Drop for EndOfThread<'_> {
     }
 }
 
-/// Draws what it is told, to the end, or until nothing can be written any more.
-fn follow(mut drawing: Drawing<'_>, feed: &Feed, say: &mut dyn FnMut(&str)) -> Result<(), Failure> {
+/// Draws the messages of a queue to the end, or until nothing can be written any more.
+fn follow(mut drawing: Drawing<'_>, feed: &DrawingQueue, say: &mut dyn FnMut(&str)) -> Result<(), Failure> {
     let mut drawn_since: Option<Instant> = None;
     loop {
         let (mut size, mut to) = (0, None);
         match feed.next(drawn_since.map(|since| since + FLUSH)) {
-            Next::Take(told, bytes) => {
-                let entry = match told {
-                    Told::Entry(at, what) => Entry::new(at, what),
-                    Told::Given(at, input) => drawing.given(at, &input),
+            Task::Take(message, bytes) => {
+                let entry = match message {
+                    Message::Entry(at, what) => Entry::new(at, what),
+                    Message::Input(at, input) => drawing.given(at, &input),
                 };
                 drawing.take(&entry, &|error| Failure::usage(error))?;
                 size = bytes;
             }
-            Next::Pass(at) => {
+            Task::Pass(at) => {
                 drawing.pass(at);
                 to = Some(at);
             }
-            Next::Flush => {}
-            Next::Finish(at) => return drawing.finish(at),
+            Task::Flush => {}
+            Task::Finish(at) => return drawing.finish(at),
         }
         feed.has_drawn(size, to.unwrap_or(drawing.now()));
         let since = *drawn_since.get_or_insert_with(Instant::now);
@@ -315,10 +315,10 @@ fn follow(mut drawing: Drawing<'_>, feed: &Feed, say: &mut dyn FnMut(&str)) -> R
 
 /// The sink that tells the thread.
 pub(crate) struct Watcher {
-    feed: Arc<Feed>,
+    feed: Arc<DrawingQueue>,
     /// How much model time a tick takes, in nanoseconds.
     tick: u64,
-    /// When it was told of time last, and when anything happened last.
+    /// The last time that was passed on, and the time of the last report.
     passed: Time,
     active: Time,
     is_moving: bool,
@@ -326,7 +326,7 @@ pub(crate) struct Watcher {
 
 impl Watcher {
     fn new(tick: u64) -> Watcher {
-        let feed = Arc::new(Feed { behind: tick.saturating_mul(TICKS_BEHIND), ..Feed::default() });
+        let feed = Arc::new(DrawingQueue { behind: tick.saturating_mul(TICKS_BEHIND), ..DrawingQueue::default() });
         Watcher { feed, tick, passed: Time::ZERO, active: Time::ZERO, is_moving: false }
     }
 }
@@ -345,7 +345,7 @@ impl Sink for Watcher {
                     Input::Bytes(bytes) => bytes.len(),
                     _ => 0,
                 };
-                self.feed.tell(Told::Given(at, input.clone()), bytes + OVERHEAD);
+                self.feed.tell(Message::Input(at, input.clone()), bytes + OVERHEAD);
             }
             Reported::State { by, state } => {
                 let by = by.as_ref().map(|by| by.to_string().into());
@@ -354,12 +354,12 @@ impl Sink for Watcher {
                 self.feed.change(|waiting| (waiting.now, waiting.has_passed) = (Time::ZERO, false));
                 (self.passed, self.is_moving) = (Time::ZERO, by.is_some());
                 let what = What::State { by, state: state.clone() };
-                self.feed.tell(Told::Entry(at, what), OVERHEAD);
+                self.feed.tell(Message::Entry(at, what), OVERHEAD);
             }
             Reported::Stands { causes } => {
-                self.feed.tell(Told::Entry(at, What::Stands(*causes)), OVERHEAD);
+                self.feed.tell(Message::Entry(at, What::Stands(*causes)), OVERHEAD);
             }
-            Reported::Goes => self.feed.tell(Told::Entry(at, What::Goes), OVERHEAD),
+            Reported::Goes => self.feed.tell(Message::Entry(at, What::Goes), OVERHEAD),
             Reported::Event { event: Event::Motion(motion), .. } => {
                 self.is_moving = !matches!(motion, Motion::Ends { .. });
             }

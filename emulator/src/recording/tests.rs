@@ -33,15 +33,15 @@ fn recordings() -> Vec<Recording> {
 }
 
 /// A file with a recording.
-struct Kept {
+struct RecordingFile {
     path: PathBuf,
     _folder: tempfile::TempDir,
 }
 
-impl Kept {
-    fn new() -> Kept {
+impl RecordingFile {
+    fn new() -> RecordingFile {
         let folder = tempfile::tempdir().unwrap();
-        Kept { path: folder.path().join("recording.jsonl"), _folder: folder }
+        RecordingFile { path: folder.path().join("recording.jsonl"), _folder: folder }
     }
 
     fn keep(&self, recording: &Recording) {
@@ -75,13 +75,13 @@ fn said(path: &Path, recording: &Recording) -> Vec<(&'static str, bool)> {
 fn a_recording_that_contradicts_the_emulation_is_shown_as_one() {
     let recordings = recordings();
     for recording in &recordings {
-        let kept = Kept::new();
+        let kept = RecordingFile::new();
         kept.keep(recording);
         let said = said(&kept.path, recording);
         assert!(said.iter().all(|(_, differs)| !differs), "{said:?}");
     }
     let say = |from: u64| {
-        let kept = Kept::new();
+        let kept = RecordingFile::new();
         for number in (from..RECORDINGS).step_by(THREADS) {
             let recording = &recordings[number as usize / 3 % recordings.len()];
             let (changed, what) = changed::changed(recording, number);
@@ -105,7 +105,7 @@ fn answered(debugger: &mut Debugger, line: &str) -> String {
 fn recorded_and_emulated_replies_are_shown_in_turn() {
     let [recording, _] = <[Recording; 2]>::try_from(recordings()).unwrap();
     let text = String::from_utf8(recording.write()).unwrap();
-    let kept = Kept::new();
+    let kept = RecordingFile::new();
     fs::write(&kept.path, text.replace(r#""out":"F""#, r#""out":"0""#)).unwrap();
     let mut debugger = open(&kept.path, Commands::Listed).unwrap().debugger;
     let listed = "  1  8.698321617s  reply to command 4: recorded 0, emulated F (line 16)";
@@ -130,7 +130,7 @@ fn a_missing_input_is_told_with_what_was_recorded_for_it() {
     let [recording, _] = <[Recording; 2]>::try_from(recordings()).unwrap();
     let text = String::from_utf8(recording.write()).unwrap();
     let lines = text.lines().filter(|line| !line.contains(r#""in":"@0R7\r""#));
-    let kept = Kept::new();
+    let kept = RecordingFile::new();
     fs::write(&kept.path, lines.map(|line| format!("{line}\n")).collect::<String>()).unwrap();
     let mut debugger = open(&kept.path, Commands::Unlisted).unwrap().debugger;
     let listed = answered(&mut debugger, "differences");
@@ -153,7 +153,7 @@ fn of_a_real_one(recording: &Recording) -> Recording {
 
 #[test]
 fn a_real_controller_may_be_late_but_may_not_reply_or_move_otherwise() {
-    let kept = Kept::new();
+    let kept = RecordingFile::new();
     let differences = |recording: &Recording| {
         kept.keep(recording);
         let debugger = open(&kept.path, Commands::Unlisted).unwrap().debugger;

@@ -137,7 +137,7 @@ pub(super) type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State,
 
 /// Compares the bytes of two sides as they come.
 #[derive(Debug, Default)]
-pub(super) struct Count {
+pub(super) struct ByteComparison {
     /// How many bytes were equal before the first difference.
     pub(super) equal: u64,
     pub(super) found: Option<SaidDifference>,
@@ -147,7 +147,7 @@ pub(super) struct Count {
 
 type Bytes = VecDeque<(Time, u8)>;
 
-impl Count {
+impl ByteComparison {
     /// Takes equal bytes from the fronts of both sides, and says whether the next ones differ.
     /// `missing` says whether a side is complete up to the time of a byte that only the other has.
     pub(super) fn differs(
@@ -318,7 +318,7 @@ pub fn part<D: Device + Clone>(
     states: [Read<'_, D>; 2],
     seen: &mut dyn FnMut(SoFar<'_>),
 ) -> Result<Divergence, StateError> {
-    let (mut count, mut field, mut sides) = (Count::default(), None, None);
+    let (mut count, mut field, mut sides) = (ByteComparison::default(), None, None);
     let mut inputs = 0;
     let last = recording.entries.len().saturating_sub(1);
     for (place, entry) in recording.entries.iter().enumerate() {
@@ -409,7 +409,7 @@ pub fn said_apart(one: &Recording, other: &Recording) -> Option<SaidDifference> 
         });
         said.flatten().collect::<VecDeque<_>>()
     };
-    let mut count = Count::default();
+    let mut count = ByteComparison::default();
     let exact = |one: Time, other: Time| one == other;
     count.compare(&mut said(one), &mut said(other), exact, [true, true]);
     count.found

@@ -7,7 +7,7 @@ use serde_json::Value;
 use vimc4_device::{CommandNumber, Device, Event, Time, escape, show_nanos};
 
 use super::compare::{
-    Count, Difference, Divergence, FieldDifference, Read, Side, SoFar, Tolerance, differing_state,
+    ByteComparison, Difference, Divergence, FieldDifference, Read, Side, SoFar, Tolerance, differing_state,
     last_command, side, slack,
 };
 use super::entry::{Entry, What};
@@ -142,7 +142,7 @@ impl fmt::Display for Mismatch {
 
 /// A mismatch that may go on.
 #[derive(Debug)]
-struct Open {
+struct OpenMismatch {
     at: Time,
     line: u32,
     /// Recorded and emulated.
@@ -164,7 +164,7 @@ pub struct Comparison<D: Device> {
     tolerance: Tolerance,
     /// Recorded bytes that are not compared yet.
     recorded: VecDeque<(Time, u8)>,
-    count: Count,
+    count: ByteComparison,
     field: Option<FieldDifference>,
     /// What happened before the first difference.
     other: Option<Side>,
@@ -174,7 +174,7 @@ pub struct Comparison<D: Device> {
     read_at: Time,
     line: u32,
     has_ended: bool,
-    open: Option<Open>,
+    open: Option<OpenMismatch>,
     mismatches: VecDeque<Mismatch>,
 }
 
@@ -186,7 +186,7 @@ impl<D: Device + Clone> Comparison<D> {
             player,
             tolerance,
             recorded: VecDeque::new(),
-            count: Count::default(),
+            count: ByteComparison::default(),
             field: None,
             other: None,
             inputs: 0,
@@ -378,7 +378,7 @@ impl<D: Device + Clone> Comparison<D> {
         if self.count.reply[0].last.is_some_and(|last| at > last.after_nanos(PAUSE)) {
             self.count.reply = Default::default();
         }
-        self.open = Some(Open {
+        self.open = Some(OpenMismatch {
             at,
             line: self.line,
             sides: std::mem::take(&mut self.count.reply),
@@ -427,7 +427,7 @@ impl<D: Device + Clone> Comparison<D> {
 
     /// Ends the open mismatch, and says whether there was one.
     fn close(&mut self) -> bool {
-        let Some(Open { at, line, sides: [recorded, emulated], command, .. }) = self.open.take()
+        let Some(OpenMismatch { at, line, sides: [recorded, emulated], command, .. }) = self.open.take()
         else {
             return false;
         };

@@ -9,16 +9,16 @@ use crate::failure::Failure;
 
 /// The names of the options on the command line, without the dashes. Defaults are not among them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Given(BTreeSet<String>);
+pub(crate) struct TypedOptions(BTreeSet<String>);
 
-impl Given {
-    pub(crate) fn of(matches: &ArgMatches) -> Given {
+impl TypedOptions {
+    pub(crate) fn of(matches: &ArgMatches) -> TypedOptions {
         let is_typed = |id: &str| {
             matches.try_contains_id(id).is_ok()
                 && matches.value_source(id) == Some(ValueSource::CommandLine)
         };
         let ids = matches.ids().map(clap::Id::as_str).filter(|id| is_typed(id));
-        Given(ids.map(|id| id.replace('_', "-")).collect())
+        TypedOptions(ids.map(|id| id.replace('_', "-")).collect())
     }
 
     /// Refuses those of these options that were typed, because nothing would come of them.
