@@ -26,13 +26,13 @@ use vimc4_debug::Debugger;
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::typed_options::TypedOptions;
 use crate::here::here;
 use crate::job::source::JobOptions;
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, link, numbered, of_flash};
 use crate::setup::Setup;
 use crate::text;
+use crate::typed_options::TypedOptions;
 use crate::values::duration;
 use opened::{Opened, Sending};
 use screen::SaidKind;

@@ -17,10 +17,10 @@ use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::typed_options::TypedOptions;
 use crate::log::Log;
 use crate::places::link;
 use crate::serve;
+use crate::typed_options::TypedOptions;
 
 /// How long a controller has to say whether it takes more, before what it said last counts.
 const ANSWER: Duration = Duration::from_millis(100);

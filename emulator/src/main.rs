@@ -18,7 +18,6 @@ mod drawing;
 mod endings;
 mod failure;
 mod framing;
-mod typed_options;
 mod here;
 mod identity;
 mod job;
@@ -44,6 +43,7 @@ mod streams;
 mod sweep;
 mod text;
 mod traces;
+mod typed_options;
 mod values;
 mod waves;
 

@@ -18,12 +18,12 @@ use vimc4_catalogue::{Controller, Handling};
 
 use crate::endings;
 use crate::failure::Failure;
-use crate::typed_options::TypedOptions;
 use crate::job::file;
 use crate::job::source::JobArguments;
 use crate::ncp::run as job;
 use crate::recording::history;
 use crate::text;
+use crate::typed_options::TypedOptions;
 pub(crate) use arguments::{Arguments, axes};
 use report::RunReport;
 use session::Session;

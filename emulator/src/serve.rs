@@ -25,7 +25,6 @@ use crate::coverage;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
-use crate::typed_options::TypedOptions;
 use crate::here::here;
 use crate::identity::none_twice;
 use crate::limits;
@@ -34,6 +33,7 @@ use crate::orders::{self, Desk, Next, Typed};
 use crate::places::{LISTENS, PTY, counted_up, in_name, link, numbered, of_flash};
 use crate::recording::served::ServedDrawing;
 use crate::traces;
+use crate::typed_options::TypedOptions;
 use crate::values::size;
 use crate::waves::{Drawn, Sheets};
 
@@ -487,7 +487,8 @@ pub(crate) async fn start(
         if let Some(sheets) = sheets(&arguments.drawn, several).await? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
-            let (live, watcher) = ServedDrawing::new(&model, &machine, arguments.time, sort, sheets, log)?;
+            let (live, watcher) =
+                ServedDrawing::new(&model, &machine, arguments.time, sort, sheets, log)?;
             drawn.push(live);
             builder = builder.sink(watcher);
         }

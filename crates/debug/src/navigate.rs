@@ -90,7 +90,9 @@ impl Debugger {
                 }
                 (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
                 // What happens at this moment comes before what the host asks.
-                (Way::Back, true) => SearchEnd::Found(history.seek_last_or_here(&mut walk, progress)),
+                (Way::Back, true) => {
+                    SearchEnd::Found(history.seek_last_or_here(&mut walk, progress))
+                }
             };
             let (is_turn, found) = match ahead {
                 SearchEnd::Found(found) => (false, found),
@@ -256,7 +258,9 @@ impl Debugger {
                     seek_next(history, feed, limit, &mut walk, is_timeless, progress)
                 }
                 (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
-                (Way::Back, true) => SearchEnd::Found(history.seek_last_or_here(&mut walk, progress)),
+                (Way::Back, true) => {
+                    SearchEnd::Found(history.seek_last_or_here(&mut walk, progress))
+                }
             };
             let (is_turn, found) = match ahead {
                 SearchEnd::Found(found) => (false, found),
@@ -720,7 +724,9 @@ impl Debugger {
             let history = &mut self.history;
             let ahead = seek_next(history, feed, Time::NEVER, &mut telling, is_timeless, progress);
             let has_ended = match ahead {
-                SearchEnd::Found(Found::Here | Found::GivenUp) | SearchEnd::Repeats(_) => return ahead,
+                SearchEnd::Found(Found::Here | Found::GivenUp) | SearchEnd::Repeats(_) => {
+                    return ahead;
+                }
                 SearchEnd::Found(Found::Nowhere) => true,
                 SearchEnd::HostTurn => false,
             };

@@ -20,7 +20,7 @@ use vimc4_device::{Device, View, show_nanos};
 use vimc4_timeline::History;
 use vimc4_timeline::Progress;
 
-use super::reading::{Show, SearchProgress};
+use super::reading::{SearchProgress, Show};
 use super::screen::{SaidKind, SaidLine};
 use crate::live::{self, Live, Until};
 use crate::recording::file::Share;

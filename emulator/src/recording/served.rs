@@ -281,7 +281,11 @@ impl Drop for QueueRelease<'_> {
 }
 
 /// Draws the messages of a queue to the end, or until nothing can be written any more.
-fn follow(mut drawing: Drawing<'_>, feed: &DrawingQueue, say: &mut dyn FnMut(&str)) -> Result<(), Failure> {
+fn follow(
+    mut drawing: Drawing<'_>,
+    feed: &DrawingQueue,
+    say: &mut dyn FnMut(&str),
+) -> Result<(), Failure> {
     let mut drawn_since: Option<Instant> = None;
     loop {
         let (mut size, mut to) = (0, None);
@@ -326,7 +330,10 @@ pub(crate) struct Watcher {
 
 impl Watcher {
     fn new(tick: u64) -> Watcher {
-        let feed = Arc::new(DrawingQueue { behind: tick.saturating_mul(TICKS_BEHIND), ..DrawingQueue::default() });
+        let feed = Arc::new(DrawingQueue {
+            behind: tick.saturating_mul(TICKS_BEHIND),
+            ..DrawingQueue::default()
+        });
         Watcher { feed, tick, passed: Time::ZERO, active: Time::ZERO, is_moving: false }
     }
 }

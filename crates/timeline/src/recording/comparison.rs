@@ -7,8 +7,8 @@ use serde_json::Value;
 use vimc4_device::{CommandNumber, Device, Event, Time, escape, show_nanos};
 
 use super::compare::{
-    ByteComparison, Difference, Divergence, FieldDifference, Read, Side, SoFar, Tolerance, differing_state,
-    last_command, side, slack,
+    ByteComparison, Difference, Divergence, FieldDifference, Read, Side, SoFar, Tolerance,
+    differing_state, last_command, side, slack,
 };
 use super::entry::{Entry, What};
 use super::play::{Player, StateError};
@@ -427,7 +427,8 @@ impl<D: Device + Clone> Comparison<D> {
 
     /// Ends the open mismatch, and says whether there was one.
     fn close(&mut self) -> bool {
-        let Some(OpenMismatch { at, line, sides: [recorded, emulated], command, .. }) = self.open.take()
+        let Some(OpenMismatch { at, line, sides: [recorded, emulated], command, .. }) =
+            self.open.take()
         else {
             return false;
         };
