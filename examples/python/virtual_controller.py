@@ -19,12 +19,13 @@ class VirtualController:
 
     def __init__(self, *arguments):
         program = os.environ.get("VIMC4", "vimc4")
-        # Any free port and no link, so that tests can run side by side. Of an option that is
-        # given twice the last one counts. Standard error is left alone: what vimc4 says there
-        # is shown with what the tests say.
+        # Any free port and no link, so that tests can run side by side. Standard error is left
+        # alone: messages of vimc4 appear among those of the tests.
+        defaults = [("--tcp", "127.0.0.1:0"), ("--pty", "none")]
+        missing = [default for default in defaults if default[0] not in arguments]
         self.process = subprocess.Popen(
             [
-                program, "serve", "--json", "--tcp", "127.0.0.1:0", "--pty", "none",
+                program, "serve", "--json", *(word for default in missing for word in default),
                 # However the tests end, the controller ends with them.
                 "--until-stdin-closes", *arguments,
             ],

@@ -43,7 +43,7 @@ def test_what_happened_is_asked_afterwards(vimc4):
     move = journal.moves()[-1]
     assert (move.start[0], move.end[0]) == (0, 20_001)
     events = [entry["event"] for entry in journal.of(move.command)]
-    assert events == ["command", "moves", "warning", "halts", "answer"]
+    assert events == ["command", "moves", "switch", "warning", "halts", "answer"]
 
 
 @pytest.mark.vimc4(machine="mill", time="manual")

@@ -201,7 +201,7 @@ def test_orders_are_those_that_people_type(vimc4):
     assert vimc4.order("cover open") == "ok"
     with pytest.raises(virtual.OrderError, match="it can be open or closed"):
         vimc4.order("cover shut")
-    assert vimc4.order("position") == "X 0 Y 0 Z 0 A 0"
+    assert vimc4.order("position") == "X 0 Y 0 Z 0 A 0, cannot move"
     assert ("press stop", "STOP button") in vimc4.complete("press s")
 
 
