@@ -3,6 +3,7 @@
 #[cfg(feature = "api")]
 mod afar;
 pub(crate) mod camera;
+pub(crate) mod cancel;
 mod interrupts;
 mod opened;
 pub(crate) mod reading;
@@ -34,10 +35,11 @@ use crate::setup::Setup;
 use crate::text;
 use crate::typed_options::TypedOptions;
 use crate::values::duration;
+use cancel::Cancel;
 use opened::{Opened, Sending};
 use screen::SaidKind;
 use script::{Console, Script};
-use session::{Cancel, Outcome, Session, Wrong};
+use session::{Outcome, Session, Wrong};
 use shell::{PROMPT, Shell};
 
 #[derive(clap::Args)]

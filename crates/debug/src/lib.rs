@@ -24,6 +24,7 @@ mod field;
 mod look;
 mod navigate;
 mod reading;
+mod recorded;
 mod recurrence;
 mod reel;
 mod source;

@@ -13,6 +13,7 @@ use crate::Wired;
 use crate::ahead::{SearchEnd, end_of, seek_next};
 use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
+use crate::differences::Difference;
 use crate::expression::filled;
 use crate::feed::{Asked, Fed, Standing, Turn};
 use crate::recurrence::is_timeless;
@@ -22,6 +23,26 @@ use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
 use crate::{DebugError, Depth, Feed, Refused, Remedy, Unit, Way};
 
 impl Debugger {
+    /// Goes to a difference, counted from 1.
+    pub(crate) fn go_to_difference(
+        &mut self,
+        number: usize,
+        progress: &mut Progress<'_>,
+    ) -> Result<Stop, DebugError> {
+        let place = number.checked_sub(1);
+        let found = place.and_then(|place| self.differences.list.get(place)).cloned();
+        let Some(Difference { branch, mismatch }) = found else {
+            return Err(DebugError::new(format!(
+                "there is no difference {number}; `differences` lists those that there are"
+            )));
+        };
+        let is_on_way = self.differences_on_way().any(|own| *own == mismatch);
+        if !is_on_way {
+            self.history.go_to_end(branch);
+        }
+        Ok(self.go_to_time(mismatch.at, progress))
+    }
+
     /// Makes a number of steps. With [`Depth::Over`] and [`Depth::Out`] it stops at breakpoints on
     /// the way. What the host asks is a line, and no step of another unit.
     pub fn step(

@@ -107,6 +107,20 @@ impl Firmware {
         self.machine_changed(before);
     }
 
+    /// The running motion makes the step with which a limit switch changes.
+    pub(crate) fn carriage_changes_switch(&mut self) {
+        if let Some(step) = self.state.plant.next_switch()
+            && let Some(running) = self.state.running().filter(|_| self.wants(Kinds::SWITCH))
+        {
+            let path = &running.segment.path;
+            let after = |steps| self.limits_at(|axis| self.slide_after(axis, path, steps));
+            let (before, after) = (after(step.saturating_sub(1)), after(step));
+            self.tell_limits(&before, &after);
+        }
+        self.expect_switch();
+        self.inputs_changed();
+    }
+
     /// The limit switches may have changed.
     fn machine_changed(&mut self, before: Limits) {
         let after = self.limits();

@@ -27,7 +27,8 @@ impl Firmware {
         self.limits_at(|axis| self.state.plant.slide(axis))
     }
 
-    fn limits_at(&self, slide: impl Fn(usize) -> Slide) -> Limits {
+    /// Which limit switches are active where the carriages would be.
+    pub(crate) fn limits_at(&self, slide: impl Fn(usize) -> Slide) -> Limits {
         std::array::from_fn(|axis| {
             let slide = slide(axis);
             ENDS.map(|end| self.limit_active_at(axis, end, &slide))
@@ -58,20 +59,6 @@ impl Firmware {
             state.plant.switch_ahead(&way, running.steps_at(state.now), active)
         });
         self.state.plant.expect_switch(step);
-    }
-
-    /// The running motion makes the step with which a limit switch changes.
-    pub(crate) fn carriage_changes_switch(&mut self) {
-        if let Some(step) = self.state.plant.next_switch()
-            && let Some(running) = self.state.running().filter(|_| self.wants(Kinds::SWITCH))
-        {
-            let path = &running.segment.path;
-            let after = |steps| self.limits_at(|axis| self.slide_after(axis, path, steps));
-            let (before, after) = (after(step.saturating_sub(1)), after(step));
-            self.tell_limits(&before, &after);
-        }
-        self.expect_switch();
-        self.inputs_changed();
     }
 
     /// Whether the limit switch of an end is active for an axis at an instant: the switch that stands

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot read an answer has failed")]
 
-#[path = "../../timeline/tests/changed/mod.rs"]
+#[path = "../../../emulator/src/recording/tests/changed.rs"]
 mod changed;
 
 use serde_json::{Value, json};

@@ -12,7 +12,9 @@ use vimc4_debug::{Wired, uninterrupted};
 use vimc4_device::{Device, Kinds};
 use vimc4_timeline::{History, Place};
 
-use crate::console::session::{Cancel, Outcome, Session, Wrong};
+use crate::console::cancel::Cancel;
+
+use crate::console::session::{Outcome, Session, Wrong};
 use crate::live::{Live, state};
 
 /// Opens it on a controller.

@@ -6,7 +6,7 @@ use serde_json::json;
 use vimc4_motion::{AXES, Arc, ArcState, Helix, Path, Turn};
 use vimc4_picture::{Axis, Frame};
 
-use super::{Arguments, MOST, print};
+use super::arguments::{Arguments, MOST, print};
 use crate::failure::Failure;
 
 /// A command `y` or `w`.

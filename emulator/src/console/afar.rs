@@ -15,9 +15,10 @@ use serde_json::{Value, json};
 use vimc4_api::line_remedy;
 use vimc4_debug::{Candidate, Completion, Directive, TABLE};
 
+use super::cancel::Cancel;
 use super::interrupts;
 use super::script::{self, Console, Flow, Script};
-use super::session::{Cancel, Outcome, Own, Wrong, no_controller};
+use super::session::{Outcome, Own, Wrong, no_controller};
 use super::shell::{PROMPT, Shell};
 use crate::ctl::client::{Client, Trouble, part};
 use crate::ctl::complete;

@@ -4,7 +4,7 @@ use std::process;
 use std::sync::mpsc;
 use std::thread;
 
-use super::session::Cancel;
+use super::cancel::Cancel;
 use super::{screen, shell};
 use crate::endings::Endings;
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use vimc4_device::Time;
 
-use super::session::Cancel;
+use super::cancel::Cancel;
 use crate::recording::file::Share;
 
 /// What takes no longer needs no words.

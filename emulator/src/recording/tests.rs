@@ -1,6 +1,5 @@
 //! Every face says that a recording contradicts the emulation.
 
-#[path = "../../../crates/timeline/tests/changed/mod.rs"]
 mod changed;
 
 use std::fs;
@@ -14,7 +13,8 @@ use vimc4_timeline::recording::{Recording, Tolerance, WALL, What, check};
 use super::controller::Site;
 use super::history::{Commands, open};
 use crate::console::camera::time_line;
-use crate::console::session::{Cancel, Session};
+use crate::console::cancel::Cancel;
+use crate::console::session::Session;
 use crate::dap::open::recorded;
 
 /// So many recordings are changed.

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use serde_json::Value;
 use vimc4_device::{Device, Time};
 
-use super::comparison::{Comparison, PAUSE, Reply};
 use super::entry::{Entry, Head, WALL, What};
 use super::play::{Player, StateError, Told, exchange};
 use super::read::Recording;
+use super::reply::{PAUSE, Reply};
 
 /// How exactly times must agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -204,31 +204,6 @@ impl ByteComparison {
         self.found = differs.then(|| self.difference(one, other));
         differs
     }
-}
-
-/// Plays a recording into a device and compares every byte and time, and the states that were
-/// written down. `state` reads a state; `seen` is told after each single thing that the device has
-/// done.
-///
-/// # Errors
-///
-/// If a recorded state cannot be read.
-pub fn check<D: Device + Clone>(
-    recording: &Recording,
-    player: Player<D>,
-    tolerance: Tolerance,
-    state: Read<'_, D>,
-    seen: &mut dyn FnMut(SoFar<'_>),
-) -> Result<Divergence, StateError> {
-    let mut comparison = Comparison::new(player, tolerance);
-    for entry in &recording.entries {
-        comparison.read(entry, state, seen)?;
-        if comparison.has_found_all() {
-            return Ok(comparison.into_divergence());
-        }
-    }
-    comparison.finish();
-    Ok(comparison.into_divergence())
 }
 
 /// Fields that states have only since a later version of the program. A state that was written down

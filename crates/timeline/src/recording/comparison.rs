@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use serde_json::Value;
-use vimc4_device::{CommandNumber, Device, Event, Time, escape, show_nanos};
+use vimc4_device::{CommandNumber, Device, Event, Time, show_nanos};
 
 use super::compare::{
     ByteComparison, Difference, Divergence, FieldDifference, Read, Side, SoFar, Tolerance,
@@ -12,12 +12,8 @@ use super::compare::{
 };
 use super::entry::{Entry, What};
 use super::play::{Player, StateError};
-
-/// The bytes of one reply follow each other within this many nanoseconds.
-pub(super) const PAUSE: u64 = 3_000_000;
-
-/// The most bytes of a reply that are kept.
-const BYTES_MAX: usize = 256;
+use super::read::Recording;
+use super::reply::{PAUSE, Reply};
 
 /// The longest value of a field in a text.
 const VALUE_MAX: usize = 60;
@@ -54,36 +50,6 @@ pub enum MismatchKind {
         /// Its value in the emulation.
         emulated: Value,
     },
-}
-
-/// The bytes of a reply. There may be none.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Reply {
-    /// The bytes, the first 256 of them.
-    pub bytes: Vec<u8>,
-    /// The time of the first byte.
-    pub first: Option<Time>,
-    /// The time of the last byte.
-    pub last: Option<Time>,
-}
-
-impl Reply {
-    pub(super) fn push(&mut self, (at, byte): (Time, u8)) {
-        self.first.get_or_insert(at);
-        self.last = Some(at);
-        if self.bytes.len() < BYTES_MAX {
-            self.bytes.push(byte);
-        }
-    }
-}
-
-impl fmt::Display for Reply {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.bytes.is_empty() {
-            true => f.write_str("nothing"),
-            false => f.write_str(&escape(&self.bytes)),
-        }
-    }
 }
 
 impl Mismatch {
@@ -451,4 +417,29 @@ impl<D: Device + Clone> Comparison<D> {
         });
         answers.last()
     }
+}
+
+/// Plays a recording into a device and compares every byte and time, and the states that were
+/// written down. `state` reads a state; `seen` is told after each single thing that the device has
+/// done.
+///
+/// # Errors
+///
+/// If a recorded state cannot be read.
+pub fn check<D: Device + Clone>(
+    recording: &Recording,
+    player: Player<D>,
+    tolerance: Tolerance,
+    state: Read<'_, D>,
+    seen: &mut dyn FnMut(SoFar<'_>),
+) -> Result<Divergence, StateError> {
+    let mut comparison = Comparison::new(player, tolerance);
+    for entry in &recording.entries {
+        comparison.read(entry, state, seen)?;
+        if comparison.has_found_all() {
+            return Ok(comparison.into_divergence());
+        }
+    }
+    comparison.finish();
+    Ok(comparison.into_divergence())
 }

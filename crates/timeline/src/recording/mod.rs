@@ -27,15 +27,17 @@ mod comparison;
 mod entry;
 mod play;
 mod read;
+mod reply;
 mod shorten;
 mod text;
 
 pub use compare::{
     Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, SoFar, Tolerance,
-    alike, check, first_field, given_apart, part, said_apart, say_otherwise,
+    alike, first_field, given_apart, part, said_apart, say_otherwise,
 };
-pub use comparison::{Comparison, Mismatch, MismatchKind, Reply};
+pub use comparison::{Comparison, Mismatch, MismatchKind, check};
 pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
 pub use play::{Player, Seen, StateError, Told, exchange};
 pub use read::{ReadError, Reader, Recording};
+pub use reply::Reply;
 pub use shorten::{cut, minimise, rerecord};

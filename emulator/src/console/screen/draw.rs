@@ -415,8 +415,9 @@ mod tests {
 
     use super::super::look::Look;
     use super::*;
+    use crate::console::cancel::Cancel;
     use crate::console::screen::SaidLine;
-    use crate::console::session::{Cancel, Session};
+    use crate::console::session::Session;
 
     /// A mill in the middle of a move in which it will be stopped, and a text that no terminal may
     /// obey.
