@@ -37,7 +37,7 @@
 //! };
 //! let target = Target::new(controller, &machine);
 //! let mut said = Vec::new();
-//! let job = "IMF_PBL_V1.0\nREF XYZ\nMOVEABS X400000\n";
+//! let job = "IMF_PBL_V1.0\nREF XYZ\nMOVEABS X400000\nPROGEND\n";
 //! let summary = check(job, &target, Options::default(), &mut |diagnostic| {
 //!     said.push(format!("line {}: {}", diagnostic.line, diagnostic.problem));
 //! });

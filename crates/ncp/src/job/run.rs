@@ -237,7 +237,7 @@ pub struct Order {
 /// #     outputs: Default::default(), memory: 32_768, command_bytes: 1, parameter_bytes: 4, branch_from_next: true,
 /// # };
 /// let target = Target::new(controller, &machine);
-/// let mut job = Job::new("IMF_PBL_V1.0\nREF XYZ\nMOVEABS X10000\n", &target, Options::default());
+/// let mut job = Job::new("IMF_PBL_V1.0\nREF XYZ\nMOVEABS X10000\nPROGEND\n", &target, Options::default());
 /// let mut sent = Vec::new();
 /// while let Some(order) = job.next(&mut |diagnostic| panic!("{}", diagnostic.problem)) {
 ///     if let Step::Send(command) = order.step {
