@@ -557,12 +557,12 @@ for (const name of ["chromium", "firefox"]) {
         await tab.drop("session.jsonl", file);
         await tab.seen(count, entries);
       };
-      await open(text, "24 of 54 entries");
+      await open(text, "24 of 64 entries");
       // Only that it is paused at its end, and then something else at the same time under the same number.
       await open(none, "0 of 1 entries");
       await open(other, "2 of 3 entries");
       await open(none, "0 of 1 entries");
-      await open(text, "24 of 54 entries");
+      await open(text, "24 of 64 entries");
       assert.equal(await tab.look(() => document.querySelectorAll(".entry").length), 24);
     });
 

@@ -62,7 +62,7 @@ pub(crate) fn page(root: &Path, is_whole: bool) -> Outcome<PathBuf> {
         let paths = std::env::split_paths(&paths).chain([linkers]).collect::<Vec<_>>();
         let paths = std::env::join_paths(paths).map_err(|error| error.to_string())?;
         cargo.env("PATH", paths).env("RUSTC", COMPILER).env("RUSTC_BOOTSTRAP", "1");
-        cargo.arg("-Zbuild-std=std,panic_abort");
+        cargo.arg("-Zbuild-std=std,panic_abort").arg("-Zbuild-std-features=optimize_for_size");
     }
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     tool::run(&mut cargo)?;
