@@ -231,7 +231,7 @@ fn watch_prints_what_happens_until_the_server_ends() {
     assert_eq!(ctl(folder, &url, &["--controller", "1", "send", r"@01\r"]).0, 0);
     assert_eq!(next(), (Some(1), "@01".to_owned()));
     assert_eq!(next(), (Some(1), "0".to_owned()));
-    // Half a command is sent, and what is missing is said.
+    // Half a command is sent, and a message names the missing end.
     let (code, _, told) = ctl(folder, &url, &["--controller", "1", "send", "@0P"]);
     assert!(code == 0 && told.contains("note: `@0P` has no end"), "{told}");
     for whole in [r"\r", r"\xFD", "PU;"] {

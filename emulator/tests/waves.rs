@@ -318,7 +318,7 @@ fn a_killed_controller_leaves_files_that_open() {
         assert_eq!(ask(&mut port, "@07\r", 1), "0");
         poll_for(&mut port, Duration::from_millis(300));
         assert_eq!(ask(&mut port, "@0A 31,900,0,900,0,900,0,900\r", 1), "0");
-        // Nothing more happens, and the program goes on: what was due is written all the same.
+        // The program goes on although nothing more happens: what is due reaches the file.
         for (file, last) in [("of.csv", ",x.position,31\n"), ("of.json", "\"args\":{\"steps\":31}")]
         {
             until(&format!("{clock}: {file} has the last step"), || {

@@ -671,7 +671,7 @@ fn the_journal_is_read_in_pages() {
         let beyond = page(&format!("?after={after}")).json();
         assert_eq!((&beyond["entries"], &beyond["next"]), (&json!([]), &all["last"]));
     }
-    // Whoever asks for no entries would do so for ever.
+    // A client that pages with no entries would never end.
     let none = page("?after=3&limit=0");
     assert_eq!(
         (none.status, &none.json()["detail"]),

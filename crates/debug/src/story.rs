@@ -130,7 +130,7 @@ impl Debugger {
         let (begin, known) = (self.place(), self.history().known());
         let mut present = None;
         let mut seen: VecDeque<SeenCommand> = VecDeque::new();
-        // What it means is what it meant when it was executed.
+        // A command keeps the meaning it had when it was executed.
         let of = |history: &History<Wired>, stamp: Stamp, bytes: &[u8]| SeenCommand {
             number: stamp.command,
             line: bytes.to_vec(),

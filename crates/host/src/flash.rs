@@ -316,7 +316,7 @@ mod tests {
         let unfinished = folder.path().join("flash.bin.vimc4-new");
         let (flash, _) = FlashFile::open(&path).unwrap();
         fs::write(&unfinished, "half").unwrap();
-        // It may be that of the process that has the file.
+        // It may belong to the process that holds the file.
         assert!(FlashFile::open(&path).is_err());
         assert!(unfinished.exists());
         drop(flash);

@@ -82,7 +82,7 @@ fn start_shows_on_the_modem_line_that_the_profile_names() {
         let _host = emu.control().handshake_lines(lines).wait().unwrap();
         let mut client = TcpStream::connect(emu.rfc2217_addr().unwrap()).unwrap();
         client.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        // The client agrees to RFC 2217, and is told of the lines at once.
+        // The client agrees to RFC 2217 and gets the state of the lines at once.
         client.write_all(b"\xff\xfb\x2c").unwrap();
         let mut state = || {
             let (mut last, mut byte) = ([0; 7], [0]);

@@ -80,7 +80,7 @@ impl Drawn<'_> {
         if ending.is_asked() {
             // What shows how far the files are is gone from the terminal by now.
             let text = format!("interrupted: what is drawn ends at {}", seconds(now));
-            // Whoever closed standard error does not want to know.
+            // Standard error may be closed.
             let _ = writeln!(io::stderr(), "{text}");
             for failed in [written, say()] {
                 failed.err().map(Failure::report);

@@ -35,7 +35,7 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     }
     let differences = differences(&debugger, true);
     if let Some(first) = debugger.differences().first() {
-        // Whoever closed standard error does not want to know.
+        // Standard error may be closed.
         let _ = writeln!(io::stderr(), "{}", first.mismatch.summary());
     }
     let history = debugger.history_mut();

@@ -86,7 +86,7 @@ impl ServedDrawing {
             let outcome =
                 drawing.and_then(|drawing| follow(drawing, &queue, &mut |text| log.say(text)));
             drop(end);
-            // Whoever asked for the end may have stopped waiting.
+            // The receiver may have stopped waiting.
             let _ = tell.send(outcome);
         };
         thread::Builder::new()

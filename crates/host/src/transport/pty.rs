@@ -199,7 +199,7 @@ impl Pty {
         }
     }
 
-    /// Reads what a client wrote before it closed, when the news of that is next.
+    /// Reads the bytes that a client wrote before it closed, once its closing is next in order.
     ///
     /// It comes before the news, so that no half of a line is left of it. The next client may have written
     /// already. What only that one wrote, or both wrote, comes behind the news, as the next client's.

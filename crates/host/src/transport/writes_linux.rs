@@ -75,7 +75,7 @@ impl Writes {
         (self.before, self.after) = (false, false);
     }
 
-    /// The client before the last closing has got its due: what is written is the next client's.
+    /// The bytes of the closed client are complete: later bytes belong to the next client.
     pub(super) fn has_left(&mut self) {
         self.before = false;
     }

@@ -63,7 +63,7 @@ fn a_second_client_is_refused_and_the_first_does_not_notice() {
     let began = Instant::now();
     let mut second = connect(address);
     second.write_all(b"etwo\r").unwrap();
-    // It is told why, and its connection ends in order although nobody has read what it sent.
+    // The client reads the reason and a clean end, although nobody has read its bytes.
     let mut why = String::new();
     second.read_to_string(&mut why).unwrap();
     assert_eq!(why, format!("refused: {} has the line\r\n", first.local_addr().unwrap()));
