@@ -26,17 +26,17 @@ const ALLOWED: [(&str, &[&str]); 32] = [
         "vimc4-answers",
         &[
             "vimc4-catalogue",
-            "vimc4-control",
+            "vimc4-session",
             "vimc4-debug",
             "vimc4-device",
             "vimc4-journal",
             "vimc4-timeline",
         ],
     ),
-    ("vimc4-control", &["vimc4-device", "vimc4-journal"]),
+    ("vimc4-session", &["vimc4-device", "vimc4-journal"]),
     ("vimc4-coverage", &["vimc4-catalogue", "vimc4-device"]),
     ("vimc4-sweep", &["vimc4-device"]),
-    ("vimc4-debug", &["vimc4-catalogue", "vimc4-control", "vimc4-device", "vimc4-timeline"]),
+    ("vimc4-debug", &["vimc4-catalogue", "vimc4-session", "vimc4-device", "vimc4-timeline"]),
     (
         "vimc4-script",
         &["vimc4-catalogue", "vimc4-debug", "vimc4-device", "vimc4-motion", "vimc4-ncp"],
@@ -46,7 +46,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
         &[
             "vimc4-answers",
             "vimc4-catalogue",
-            "vimc4-control",
+            "vimc4-session",
             "vimc4-debug",
             "vimc4-device",
             "vimc4-journal",
@@ -65,7 +65,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
     // Those outside. One call of the host to Linux is unsafe code, which has one room.
     (
         "vimc4-host",
-        &["vimc4-control", "vimc4-device", "vimc4-journal", "vimc4-lines", "vimc4-rfc2217"],
+        &["vimc4-session", "vimc4-device", "vimc4-journal", "vimc4-lines", "vimc4-rfc2217"],
     ),
     // Modem lines are the business of an operating system and of no controller.
     ("vimc4-lines", &[]),
@@ -74,7 +74,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
         // The façade hands out types of the contract; the families it knows by the catalogue only.
         &[
             "vimc4-catalogue",
-            "vimc4-control",
+            "vimc4-session",
             "vimc4-coverage",
             "vimc4-device",
             "vimc4-host",

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use vimc4_control::{News, Report, Talk, Teller, Verbosity, What};
 use vimc4_device::{AXES, Event, Motion, Names, Path, Point, Segment, Time, escape};
+use vimc4_session::{News, Report, Talk, Teller, Verbosity, What};
 
 use crate::feed::Item;
 use crate::problem::{Kind, Problem};
@@ -341,10 +341,10 @@ mod tests {
     use std::num::NonZeroU64;
     use std::sync::Arc;
 
-    use vimc4_control::{Sink, Source};
     use vimc4_device::{
         CommandNumber, Deed, FaultNews, FaultNumber, SignalId, Situation, StopCause, Warning,
     };
+    use vimc4_session::{Sink, Source};
 
     use super::*;
     use crate::feed::Feed;

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use vimc4_control::{Deed, News, Report, Sink, Wants, What};
 use vimc4_device::{CommandNumber, Event, Kinds, Motion, Stamp, Time};
 use vimc4_journal::{Entry, Journal, Picture, What as Happened};
+use vimc4_session::{Deed, News, Report, Sink, Wants, What};
 
 use crate::limits::HISTORY;
 

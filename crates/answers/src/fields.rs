@@ -5,8 +5,8 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde_json::{Map, Value};
-use vimc4_control::{Clock, ClockError};
 use vimc4_device::{NotADuration, parse_duration};
+use vimc4_session::{Clock, ClockError};
 
 use crate::problem::{Kind, Problem};
 

@@ -271,8 +271,8 @@ impl Subscription {
 mod tests {
     use std::sync::Arc;
 
-    use vimc4_control::{Report, Sink, What};
     use vimc4_device::{Event, Time};
+    use vimc4_session::{Report, Sink, What};
 
     use super::*;
 

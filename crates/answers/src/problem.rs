@@ -3,11 +3,11 @@
 use std::fmt::Display;
 
 use serde_json::json;
-use vimc4_control::{ClockError, ControlError};
 use vimc4_device::{
     ConditionError, DeedError, FaultError, MemoryError, OrderError, RuleError, problem_and_remedy,
 };
 use vimc4_journal::expect::Mistake;
+use vimc4_session::{ClockError, ControlError};
 
 /// A kind of problem, which a program can tell from others by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

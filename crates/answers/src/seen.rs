@@ -3,10 +3,10 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::{Details, Machine, Model};
-use vimc4_control::{BreakpointView, Clock, Effect, Pause, Source, Step};
 use vimc4_device::{
     Activity, AxisView, FaultView, LengthUnit, Names, RuleView, Signal, Sort, Time, Verb, View,
 };
+use vimc4_session::{BreakpointView, Clock, Effect, Pause, Source, Step};
 
 /// Where the axes are.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,12 +4,12 @@ use std::ops::ControlFlow;
 
 use strsim::osa_distance;
 use vimc4_catalogue::Controller;
-use vimc4_control::Effect;
-use vimc4_control::order::said;
 use vimc4_device::{
     CommandNumber, Deed, Device, Faulting, Input, NotADuration, Order, OwnedInput, Ruling, Sort,
     Time, Verb, escape, faults_in_words, parse_duration, rules_in_words, unescape,
 };
+use vimc4_session::Effect;
+use vimc4_session::order::said;
 use vimc4_timeline::Progress;
 
 use crate::answer::{Answer, Watched, Where};

@@ -1,10 +1,10 @@
 //! Reading a recording piece by piece.
 
 use vimc4_catalogue::State;
-use vimc4_control::Effect;
 use vimc4_device::{
     CommandNumber, Device, Event, Input, LineState, Output, OwnedInput, Time, escape,
 };
+use vimc4_session::Effect;
 use vimc4_timeline::recording::Mismatch;
 use vimc4_timeline::{BranchId, History, Place, Progress};
 

@@ -5,12 +5,12 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use vimc4_device::{Condition, Device, Foresight, Input, Kinds, OwnedInput, Time};
+use vimc4_session::Pace;
 
 use crate::Clock;
 use crate::ControlError;
 use crate::Step;
 use crate::journey::{Progress, Ticket, Wish};
-use crate::pace::Pace;
 use crate::rig::Rig;
 use crate::travel::{Destination, Travel};
 use crate::{Deed, News, Source};
@@ -29,6 +29,8 @@ const FORESIGHT: u32 = 1_000;
 pub(crate) struct Drive<D: Device> {
     pub(crate) rig: Rig<D>,
     pace: Pace,
+    /// The moment at which its wall time begins.
+    origin: Instant,
     journey: Option<Travel<D>>,
     /// The journeys that begin when that has ended.
     later: VecDeque<(Source, Destination, Ticket)>,
@@ -37,12 +39,12 @@ pub(crate) struct Drive<D: Device> {
 impl<D: Device + Clone> Drive<D> {
     pub(crate) fn new(device: D, clock: Clock) -> Drive<D> {
         let (rig, pace) = (Rig::new(device), Pace::new(clock));
-        Drive { rig, pace, journey: None, later: VecDeque::new() }
+        Drive { rig, pace, origin: Instant::now(), journey: None, later: VecDeque::new() }
     }
 
     /// Time begins.
     pub(crate) fn start(&mut self) {
-        self.pace.start(self.rig.device.now());
+        self.pace.start(self.origin.elapsed(), self.rig.device.now());
     }
 
     // --- the present ---
@@ -54,7 +56,13 @@ impl<D: Device + Clone> Drive<D> {
         if self.pace.is_behind() || self.rig.is_paused() {
             return now;
         }
-        self.pace.now().map_or(now, |at| at.max(now))
+        self.clock_time().map_or(now, |at| at.max(now))
+    }
+
+    /// What the clock shows at this moment, if it runs by itself.
+    fn clock_time(&self) -> Option<Time> {
+        // A clock that does not run need not be read.
+        if self.pace.runs() { self.pace.time_at(self.origin.elapsed()) } else { None }
     }
 
     /// The time at which something happens now; what is due before has been done.
@@ -69,7 +77,7 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Performs what is due by now. Returns whether that did not come to an end.
     pub(crate) fn catch_up(&mut self) -> bool {
-        match self.pace.now() {
+        match self.clock_time() {
             Some(present) if !self.rig.is_paused() => self.catch_up_to(present),
             _ => false,
         }
@@ -81,7 +89,7 @@ impl<D: Device + Clone> Drive<D> {
         if done {
             self.pace.caught_up();
         } else {
-            self.pace.fell_behind(self.rig.device.now());
+            self.pace.fell_behind(self.origin.elapsed(), self.rig.device.now());
         }
         !done
     }
@@ -97,7 +105,7 @@ impl<D: Device + Clone> Drive<D> {
         if !self.pace.runs() || self.rig.is_paused() {
             return None;
         }
-        self.pace.moment_of(self.next_look()?)
+        self.origin.checked_add(self.pace.wall_of(self.next_look()?)?)
     }
 
     // --- how it passes ---
@@ -140,7 +148,7 @@ impl<D: Device + Clone> Drive<D> {
             // A device that has nothing to do yet need not be told that time passes. To look at
             // the clock would cost more than to see that nothing will be due at all.
             return self.has_deadline()
-                && self.pace.now().is_some_and(|now| self.is_due(now))
+                && self.clock_time().is_some_and(|now| self.is_due(now))
                 && self.catch_up();
         }
         self.pace.jumps() && self.rig.next_deadline().is_some()
@@ -322,7 +330,7 @@ impl<D: Device + Clone> Drive<D> {
             self.rig.pass_time(at);
         }
         self.pace = Pace::new(clock);
-        self.pace.start(self.rig.device.now());
+        self.pace.start(self.origin.elapsed(), self.rig.device.now());
         Ok(())
     }
 
@@ -333,7 +341,7 @@ impl<D: Device + Clone> Drive<D> {
         }
         self.rig.resume(by);
         let now = self.rig.device.now();
-        self.pace.start(now);
+        self.pace.start(self.origin.elapsed(), now);
         Ok(now)
     }
 
@@ -400,7 +408,7 @@ impl<D: Device + Clone> Drive<D> {
             return;
         }
         let now = self.rig.device.now();
-        self.pace.start(now);
+        self.pace.start(self.origin.elapsed(), now);
         self.rig.pass_time(now);
         self.rig.disappoint();
     }

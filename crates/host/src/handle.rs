@@ -19,7 +19,7 @@ use crate::transport::Transport;
 use crate::travel::Destination;
 use crate::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::{Pause, Step};
-use vimc4_control::{NO_MORE_FAULTS, NO_MORE_RULES};
+use vimc4_session::{NO_MORE_FAULTS, NO_MORE_RULES};
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///

@@ -7,23 +7,16 @@
 #![forbid(unsafe_code)]
 
 mod bell;
-mod clients;
-mod clock;
 mod deeds;
 mod drive;
 mod flash;
-mod half_line;
 mod handle;
 mod journey;
-mod leaving;
-mod line_feeds;
-mod pace;
 mod pending;
 mod reception;
 mod reports;
 mod rig;
 mod runner;
-mod sinks;
 mod storage;
 mod timer;
 #[cfg(feature = "tracing")]
@@ -42,7 +35,6 @@ pub use journey::{Journey, Progress};
 pub use pending::{Pending, block_on};
 pub use reports::{Reports, Tap};
 pub use runner::{RunError, Runner};
-pub use sinks::SinkId;
 #[cfg(feature = "tracing")]
 pub use traces::Traces;
 pub use traffic::Traffic;
@@ -53,8 +45,8 @@ pub use transport::{
 pub use transport::{LinkError, Pty, PtyError, PtyLink, User, Users};
 #[cfg(feature = "serial")]
 pub use transport::{Serial, SerialError};
-pub use vimc4_control::{
+pub use vimc4_session::{
     BreakpointId, BreakpointView, Clock, ClockError, ControlError, Deed, Effect, News, Pause, Rate,
-    Report, Sink, Source, Step, Verbosity, Wants, What,
+    Report, Sink, SinkId, Source, Step, Verbosity, Wants, What,
 };
 pub use worker::Worker;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use vimc4_device::{Damage, Device, FaultNumber, Faulting, Input, LineFault, Time, Way, When};
 
+use vimc4_session::LineClients;
+
 use crate::News;
-use crate::clients::ClientsOfLine;
 use crate::deeds;
 use crate::drive::Drive;
 use crate::rig::Rig;
@@ -16,7 +17,7 @@ use crate::transport::Received;
 /// that were.
 pub(crate) fn receive<D: Device + Clone>(
     drive: &mut Drive<D>,
-    clients: &mut ClientsOfLine,
+    clients: &mut LineClients,
     from: usize,
     received: Received,
     buffer: &[u8],
@@ -36,7 +37,7 @@ pub(crate) fn receive<D: Device + Clone>(
                 rig.tell_news(at, news);
             }
             take_line(rig, clients, from, bytes, at);
-            if let Some(right) = clients.wrong_end(bytes) {
+            if let Some(right) = clients.wrong_line_end(bytes) {
                 let transport = rig.wire.label(from);
                 rig.tell_news(at, News::LineFeed { transport, right: right.into() });
             }
@@ -58,7 +59,7 @@ pub(crate) fn receive<D: Device + Clone>(
             {
                 mind_speed(&mut drive.rig, clients, from, at);
             }
-            let half = clients.come_or_go(&news);
+            let half = clients.open_or_close(&news);
             // A client that comes is told what it will find, and of one that goes what it has left.
             let comes = matches!(news, News::Opened { .. });
             let (first, second) = if comes { (half, Some(news)) } else { (Some(news), half) };
@@ -72,7 +73,7 @@ pub(crate) fn receive<D: Device + Clone>(
 }
 
 /// Where the line has its physics, the speed of the client that speaks is the speed of the host.
-fn mind_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize, at: Time) {
+fn mind_speed<D: Device>(rig: &mut Rig<D>, clients: &LineClients, from: usize, at: Time) {
     if !rig.has_physics {
         return;
     }
@@ -81,7 +82,7 @@ fn mind_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize,
 }
 
 /// The client has left, and its speed with it.
-fn end_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize, at: Time) {
+fn end_speed<D: Device>(rig: &mut Rig<D>, clients: &LineClients, from: usize, at: Time) {
     if rig.has_physics {
         set_speed(rig, clients, from, at, None);
     }
@@ -89,7 +90,7 @@ fn end_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize, 
 
 fn set_speed<D: Device>(
     rig: &mut Rig<D>,
-    clients: &ClientsOfLine,
+    clients: &LineClients,
     from: usize,
     at: Time,
     speed: Option<u32>,
@@ -117,19 +118,19 @@ fn set_speed<D: Device>(
 /// Passes on what has arrived, and says when it begins behind a half line of somebody else.
 fn take_line<D: Device>(
     rig: &mut Rig<D>,
-    clients: &mut ClientsOfLine,
+    clients: &mut LineClients,
     from: usize,
     bytes: &[u8],
     at: Time,
 ) {
     let label = rig.wire.label(from);
     let half_line = |half, spoils| News::HalfLine { transport: Arc::clone(&label), half, spoils };
-    if !clients.know_lines() {
+    if !clients.track_lines() {
         return deeds::send(rig, bytes, at, || clients.source(&label));
     }
-    let by = clients.source_of_half(&label, bytes);
+    let by = clients.source_of_partial(&label, bytes);
     if let Some(by) = &by
-        && let Some(half) = clients.spoilt_half(by)
+        && let Some(half) = clients.continued_partial(by)
     {
         rig.tell_news(at, half_line(half, true));
     }
@@ -138,7 +139,7 @@ fn take_line<D: Device>(
         Cow::Owned(bytes) if bytes.is_empty() => {}
         Cow::Owned(bytes) => deeds::send(rig, &bytes, at, || clients.source(&label)),
     }
-    if let Some(half) = clients.late_half() {
+    if let Some(half) = clients.late_partial() {
         rig.tell_news(at, half_line(half, false));
     }
 }

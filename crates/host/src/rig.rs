@@ -11,13 +11,11 @@ use vimc4_device::{
 };
 
 use crate::ControlError;
-use crate::leaving::Leaving;
-use crate::sinks::Sinks;
 use crate::storage::Storage;
 use crate::waiting::Waiters;
 use crate::wire::Wire;
 use crate::{BreakpointId, News, Pause, Sink, SinkId, Source, Step, Wants, What};
-use vimc4_control::Breakpoints;
+use vimc4_session::{Breakpoints, Sinks, Transmission};
 
 /// An input that waits, and its source.
 struct Pending {
@@ -569,28 +567,28 @@ impl<D: Device> Rig<D> {
     /// answer that confirms it is sent. What is said at one and the same time leaves in one
     /// piece.
     fn pass_on(&mut self) {
-        let mut leaving = Leaving::default();
+        let mut transmission = Transmission::default();
         while let Some(output) = self.seen.pop_front().or_else(|| self.device.poll_output()) {
             match output {
                 Output::Bytes(at, bytes) => {
-                    if !leaving.is_at(at) {
-                        self.send_all(&mut leaving);
+                    if !transmission.has_space_at(at) {
+                        self.send_all(&mut transmission);
                     }
-                    leaving.add(at, bytes);
+                    transmission.add(at, bytes);
                 }
                 Output::Flash(_, change) => {
-                    self.send_all(&mut leaving);
+                    self.send_all(&mut transmission);
                     self.store(&change);
                 }
                 Output::Event(Stamp { at, command }, event) => {
-                    self.send_all(&mut leaving);
+                    self.send_all(&mut transmission);
                     let kind = event.kind();
                     let what = || What::Event { command, event };
                     self.tell(at, |wants| wants.kinds.contain(kind), what);
                 }
             }
         }
-        self.send_all(&mut leaving);
+        self.send_all(&mut transmission);
         self.storage.secure();
     }
 
@@ -603,8 +601,8 @@ impl<D: Device> Rig<D> {
         self.wire.set_line(line);
     }
 
-    fn send_all(&mut self, leaving: &mut Leaving) {
-        if let Some((at, bytes)) = leaving.take() {
+    fn send_all(&mut self, transmission: &mut Transmission) {
+        if let Some((at, bytes)) = transmission.take() {
             self.storage.secure();
             self.send(at, bytes);
         }

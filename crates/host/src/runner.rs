@@ -15,7 +15,6 @@ use crate::BreakpointView;
 use crate::Clock;
 use crate::ControlError;
 use crate::bell::Bell;
-use crate::clients::ClientsOfLine;
 use crate::deeds;
 use crate::drive::Drive;
 use crate::flash::{FlashFile, FlashFileError};
@@ -30,6 +29,7 @@ use crate::turn::reactor_turn;
 use crate::wire;
 use crate::{BreakpointId, Deed, Effect, News, Sink, SinkId, Source};
 use crate::{Pause, Step};
+use vimc4_session::LineClients;
 
 /// Owns a device and its transports and lets it live in the time of a [`Clock`]. It comes
 /// with a [`Handle`](crate::Handle), see [there](crate::Handle::pair).
@@ -54,7 +54,7 @@ use crate::{Pause, Step};
 pub struct Runner<D: Device> {
     /// The device, all that it is plugged into, and how its time passes.
     drive: Drive<D>,
-    clients: ClientsOfLine,
+    clients: LineClients,
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
     /// Rings when there is a job.
     asked: Bell,
@@ -118,7 +118,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     ) -> Runner<D> {
         Runner {
             drive: Drive::new(device, clock),
-            clients: ClientsOfLine::default(),
+            clients: LineClients::default(),
             jobs,
             asked: Bell::default(),
             was_heard: false,
@@ -462,7 +462,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         rig.end_recordings();
         if rig.is_wanted(Kinds::ANSWER) {
             // The device knows how to tell of half a line, if it has it.
-            if let Some(half) = self.clients.kept_back() {
+            if let Some(half) = self.clients.held_back() {
                 rig.input(Input::Bytes(&half), at, None);
             }
             rig.input(Input::Power(false), at, None);

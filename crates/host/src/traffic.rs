@@ -3,9 +3,9 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_control::{Talk, Teller};
 use vimc4_device::{Grouped, Time};
 use vimc4_journal::words;
+use vimc4_session::{Talk, Teller};
 
 use crate::{News, Report, Sink, Verbosity, Wants};
 

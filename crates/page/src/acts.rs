@@ -6,8 +6,8 @@ use vimc4_answers::limits::SNAPSHOTS;
 use vimc4_answers::log::Wanted;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
-use vimc4_control::Effect;
 use vimc4_device::{Deed, Device};
+use vimc4_session::Effect;
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;

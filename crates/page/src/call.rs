@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 use vimc4_answers::fields::no_such;
 use vimc4_answers::problem::Problem;
 use vimc4_answers::seen;
-use vimc4_control::Effect;
 use vimc4_device::Time;
+use vimc4_session::Effect;
 
 /// What is answered.
 pub(crate) enum Answer {

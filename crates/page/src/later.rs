@@ -87,8 +87,8 @@ pub(crate) mod work {
 pub(crate) mod recorder {
     use serde_json::Value;
     use vimc4_catalogue::{Machine, Model};
-    use vimc4_control::Report;
     use vimc4_device::Names;
+    use vimc4_session::Report;
 
     use crate::kept::Kept;
 
@@ -138,8 +138,8 @@ pub(crate) mod past {
 /// Of what is said in words only the orders of buttons are understood, so that nothing else is there.
 pub(crate) mod words {
     use serde_json::json;
-    use vimc4_control::order::said;
     use vimc4_device::Deed;
+    use vimc4_session::order::said;
 
     use crate::call::{Answer, Call, Outcome};
     use crate::desk::Desk;

@@ -8,16 +8,16 @@ use std::time::Duration;
 use bytes::Bytes;
 use vimc4_answers::feed::{Ear, Feed};
 use vimc4_catalogue::{Controller, Machine, Model, State};
-use vimc4_control::{
-    BreakpointId, Breakpoints, Clock, ControlError, Effect, NO_MORE_FAULTS, NO_MORE_RULES, News,
-    Pause, Report, Sink, Source, Step, What, why_without_effect,
-};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, Faulting, Forecast, Foresight, Input,
     Kinds, Line, LineState, MAX_CAUSES, Names, Output, OwnedInput, Ruling, Scenario,
     ScenarioNumber, Stamp, Time,
 };
 use vimc4_journal::Picture;
+use vimc4_session::{
+    BreakpointId, Breakpoints, Clock, ControlError, Effect, NO_MORE_FAULTS, NO_MORE_RULES, News,
+    Pause, Report, Sink, Source, Step, What, why_without_effect,
+};
 
 use crate::kept::{Kept, bare, given, kept, meant};
 use crate::pace::Pace;

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::profiles::{self, completed_machine, completed_model, known};
 use vimc4_catalogue::{State, bare};
-use vimc4_control::{Clock, Source};
 use vimc4_device::{Device, Line, LineState, Names, OtherController};
+use vimc4_session::{Clock, Source};
 use vimc4_timeline::recording::{Comparison, LineSort, Player, Recording, Tolerance, What};
 
 use crate::live::Live;

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::bare;
-use vimc4_control::Clock;
 use vimc4_device::{Device, Line, unescape};
+use vimc4_session::Clock;
 
 use crate::call::{Answer, Outcome};
 use crate::live::Live;

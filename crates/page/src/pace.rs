@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use vimc4_control::Clock;
 use vimc4_device::Time;
+use vimc4_session::Clock;
 
 /// A clock that reads the moments that are passed in: nanoseconds of the page, from any beginning.
 #[derive(Clone, Copy, Debug)]

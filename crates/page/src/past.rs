@@ -8,9 +8,9 @@ use vimc4_answers::limits::HISTORY;
 use vimc4_answers::past::{self, Sight, wrong_line, wrong_look};
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_catalogue::Controller;
-use vimc4_control::{ControlError, Effect};
 use vimc4_debug::Directive;
 use vimc4_device::Device;
+use vimc4_session::{ControlError, Effect};
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;

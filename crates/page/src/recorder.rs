@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_control::{Clock, News, Report, What as Told};
 use vimc4_device::{Device, Names, OwnedInput, Time};
+use vimc4_session::{Clock, News, Report, What as Told};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
 use crate::kept::Kept;

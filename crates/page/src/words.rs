@@ -5,12 +5,12 @@ use vimc4_answers::fields::no_such;
 use vimc4_answers::limits::BREAKPOINTS;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
-use vimc4_control::order::{erased, ruled, said};
-use vimc4_control::{BreakpointId, ControlError, Effect};
 use vimc4_device::{
     Condition, Deed, Device, FaultNumber, Faulting, Order, OwnedInput, Ruling, Scenario,
     ScenarioNumber, faults_in_words, position_in_words, rules_in_words,
 };
+use vimc4_session::order::{erased, ruled, said};
+use vimc4_session::{BreakpointId, ControlError, Effect};
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;

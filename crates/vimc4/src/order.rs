@@ -3,9 +3,9 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_control::order::{erased, ruled, said};
 use vimc4_device::{Condition, Order, Ruling, faults_in_words, position_in_words, rules_in_words};
 use vimc4_host::ControlError;
+use vimc4_session::order::{erased, ruled, said};
 
 use crate::control::Control;
 use crate::error::Error;

@@ -6,18 +6,28 @@
 #![forbid(unsafe_code)]
 
 mod breakpoints;
+mod clients;
 mod clock;
 mod effect;
 mod error;
+mod line_feeds;
 pub mod order;
+mod pace;
+mod partial_line;
 mod pause;
 mod report;
+mod sinks;
 mod talk;
+mod transmission;
 
 pub use breakpoints::{BreakpointView, Breakpoints, Met};
+pub use clients::LineClients;
 pub use clock::{Clock, ClockError, Rate};
 pub use effect::{Effect, NO_MORE_FAULTS, NO_MORE_RULES, why_without_effect};
 pub use error::ControlError;
+pub use pace::Pace;
 pub use pause::{Pause, Step};
 pub use report::{BreakpointId, Deed, News, Report, Sink, Source, Wants, What};
+pub use sinks::{SinkId, Sinks};
 pub use talk::{Talk, Teller, Verbosity};
+pub use transmission::Transmission;

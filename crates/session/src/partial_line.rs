@@ -1,59 +1,58 @@
 //! The line that a client has begun and not ended.
 
-use std::sync::Arc;
-
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use bytes::Bytes;
 
 use crate::Source;
 
-/// Keeps the line that a client has begun, so that it can be reported when another client ends it.
+/// Keeps the line that a client has begun, to report it when another client ends it.
 ///
-/// The device hears one line, whichever client sends. Clients that are connected at the same time share their
-/// lines, and each sees what the other does. But no client knows of a half line that was left behind:
-/// it is reported when its client goes, if others are there; otherwise when the next client comes,
-/// and when the first of them sends something.
+/// The device has one line, and all clients share it. Connected clients see each other's bytes. No
+/// client knows of a partial line that a former client left behind. The partial line is reported
+/// when its client leaves, if others are connected. Otherwise it is reported when the next client
+/// opens the line, and again when that client sends.
 #[derive(Debug, Default)]
-pub(crate) struct HalfLine {
-    /// What ends a line. Nothing is known of lines without.
+pub(crate) struct PartialLine {
+    /// The bytes that end a line. Without any, nothing is tracked.
     ends: &'static [u8],
-    /// It is kept back until it is whole, and forgotten when its client leaves.
+    /// Hold a partial line back until it is complete, and discard it when its client leaves.
     fresh: bool,
     bytes: Vec<u8>,
-    /// The client that sent the last of it.
+    /// The client that sent the last of the bytes.
     owner: Option<Source>,
-    /// The transport whose client has left last, until it has another.
+    /// The transport whose client has left last, until another client opens it.
     deserted: Option<Arc<str>>,
-    /// Its client had gone when another came or went, and the next one to send has not been told yet.
+    /// The partial line was reported to a new client, but not yet to one that sends.
     left: bool,
 }
 
-impl HalfLine {
-    /// So much of it is kept.
+impl PartialLine {
+    /// The most bytes that are kept.
     const LONGEST: usize = 4_096;
 
-    pub(crate) fn new(ends: &'static [u8], fresh: bool) -> HalfLine {
-        HalfLine { ends, fresh, ..HalfLine::default() }
+    pub(crate) fn new(ends: &'static [u8], fresh: bool) -> PartialLine {
+        PartialLine { ends, fresh, ..PartialLine::default() }
     }
 
-    /// Whether nothing is known of lines.
+    /// Whether lines are not tracked.
     pub(crate) fn is_off(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// Whether anything has been begun: what CR LF leaves behind CR is nothing.
+    /// Whether a line is begun. The LF of a CR LF does not count.
     pub(crate) fn is_begun(&self) -> bool {
         !self.bytes.trim_ascii().is_empty()
     }
 
-    /// Whether what arrives ends with a line.
+    /// Whether `bytes` ends with a complete line.
     pub(crate) fn is_whole(&self, bytes: &[u8]) -> bool {
         self.end(bytes) == bytes.len()
     }
 
-    /// A client connects: the half line of one that has gone.
-    pub(crate) fn comes(&mut self, transport: &str, clients: &[Source]) -> Option<Bytes> {
+    /// A client opens the line. Returns the partial line of a client that has left.
+    pub(crate) fn client_opens(&mut self, transport: &str, clients: &[Source]) -> Option<Bytes> {
         let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
         if self.deserted.as_deref() == Some(transport) {
             self.deserted = None;
@@ -61,24 +60,24 @@ impl HalfLine {
         self.leave(gone)
     }
 
-    /// A client goes: the half line that it leaves to those that are still connected.
-    pub(crate) fn goes(&mut self, gone: &Source, clients: &[Source]) -> Option<Bytes> {
+    /// A client closes the line. Returns the partial line that it leaves to connected clients.
+    pub(crate) fn client_closes(&mut self, gone: &Source, clients: &[Source]) -> Option<Bytes> {
         if let Source::Client { transport, .. } = gone {
             self.deserted = Some(transport.clone());
         }
-        // A client that comes later is told then.
+        // A client that connects later gets its report then.
         let left = self.owner.as_ref() == Some(gone) && !clients.is_empty();
         self.leave(left && !self.left)
     }
 
-    /// Something has arrived: the half line in it of a client that has gone already.
-    /// Its last bytes may come in after the news that it has left.
-    pub(crate) fn comes_late(&mut self, clients: &[Source]) -> Option<Bytes> {
+    /// Bytes have arrived. Returns the partial line if its client has left already: the last bytes
+    /// of a client may arrive after the event that it has closed the line.
+    pub(crate) fn arrives_late(&mut self, clients: &[Source]) -> Option<Bytes> {
         let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
         self.leave(gone && !self.left)
     }
 
-    /// Whether a client has gone. On a port that does not tell, it counts as connected for ever.
+    /// Whether a client has left. On a port that reports no clients it counts as connected.
     fn is_gone(&self, owner: &Source, clients: &[Source]) -> bool {
         match owner {
             Source::Client { client: Some(_), .. } => !clients.contains(owner),
@@ -92,24 +91,24 @@ impl HalfLine {
             return None;
         }
         if self.fresh {
-            self.forget();
+            self.discard();
             return None;
         }
         self.left = true;
         Some(Bytes::copy_from_slice(&self.bytes))
     }
 
-    /// A client sends: the half line that it ends, if it is the first since that was left.
-    pub(crate) fn spoils(&mut self, by: &Source, clients: &[Source]) -> Option<Bytes> {
+    /// A client sends. Returns the partial line that it continues, the first time.
+    pub(crate) fn continued_by(&mut self, by: &Source, clients: &[Source]) -> Option<Bytes> {
         let left = !self.is_gone(by, clients) && std::mem::take(&mut self.left);
         left.then(|| Bytes::copy_from_slice(&self.bytes))
     }
 
-    /// Takes in what arrives from a client, and returns what the device gets of it now.
+    /// Takes bytes from a client, and returns the bytes that the device gets now.
     pub(crate) fn take<'a>(&mut self, bytes: &'a [u8], by: Option<Source>) -> Cow<'a, [u8]> {
         let end = self.end(bytes);
         let (whole, rest) = bytes.split_at(end);
-        let given = if self.fresh { self.keep_back(whole, rest).into() } else { bytes.into() };
+        let given = if self.fresh { self.hold_back(whole, rest).into() } else { bytes.into() };
         if !self.fresh {
             if end > 0 {
                 self.bytes.clear();
@@ -121,7 +120,7 @@ impl HalfLine {
         given
     }
 
-    fn keep_back(&mut self, whole: &[u8], rest: &[u8]) -> Vec<u8> {
+    fn hold_back(&mut self, whole: &[u8], rest: &[u8]) -> Vec<u8> {
         let mut given = Vec::new();
         if !whole.is_empty() {
             given = std::mem::take(&mut self.bytes);
@@ -134,20 +133,20 @@ impl HalfLine {
         given
     }
 
-    /// What has been kept back of a client that is still there, and that nothing will end any more.
-    pub(crate) fn take_kept_back(&mut self, clients: &[Source]) -> Option<Vec<u8>> {
+    /// The bytes held back of a connected client, when no more bytes will complete the line.
+    pub(crate) fn take_held_back(&mut self, clients: &[Source]) -> Option<Vec<u8>> {
         if self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients)) {
-            self.forget();
+            self.discard();
         }
         (self.fresh && self.is_begun()).then(|| std::mem::take(&mut self.bytes))
     }
 
-    fn forget(&mut self) {
+    fn discard(&mut self) {
         self.bytes.clear();
         self.owner = None;
     }
 
-    /// How much of what arrives are whole lines, or the rest of one.
+    /// The length of the complete lines at the beginning of `bytes`.
     fn end(&self, bytes: &[u8]) -> usize {
         bytes.iter().rposition(|byte| self.ends.contains(byte)).map_or(0, |end| end + 1)
     }

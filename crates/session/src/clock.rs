@@ -9,7 +9,7 @@ use thiserror::Error;
 /// How model time relates to the time on the wall.
 ///
 /// ```
-/// use vimc4_control::{Clock, Rate};
+/// use vimc4_session::{Clock, Rate};
 ///
 /// assert_eq!("real".parse(), Ok(Clock::Real));
 /// assert_eq!("8x".parse(), Ok(Clock::Scaled(Rate::new(8, 1).unwrap())));

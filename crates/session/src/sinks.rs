@@ -7,14 +7,14 @@ use vimc4_device::{Device, Time};
 
 use crate::{Report, Sink, Wants, What};
 
-/// A sink that watches, by which it can be [detached](crate::Handle::detach).
+/// The number of a sink, to detach it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SinkId(u64);
 
 /// The sinks of a controller, and the reports they want together. Reports that no sink wants are
 /// not produced.
 #[derive(Default)]
-pub(crate) struct Sinks {
+pub struct Sinks {
     /// What the controller is called in reports.
     name: Arc<str>,
     watching: Vec<Watching>,
@@ -36,22 +36,23 @@ struct Watching {
 
 impl Sinks {
     /// Gives the controller its name.
-    pub(crate) fn call(&mut self, name: &str) {
+    pub fn call(&mut self, name: &str) {
         self.name = Arc::from(name);
     }
 
     /// What all of them want.
-    pub(crate) fn wants(&self) -> Wants {
+    pub fn wants(&self) -> Wants {
         self.wants
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether nobody watches.
+    pub fn is_empty(&self) -> bool {
         self.watching.is_empty()
     }
 
     /// Lets a sink watch from now on. If it wants inputs, it is first told the state in which they
     /// begin.
-    pub(crate) fn add<D: Device>(
+    pub fn add<D: Device>(
         &mut self,
         mut sink: Box<dyn Sink>,
         device: &D,
@@ -72,7 +73,7 @@ impl Sinks {
     }
 
     /// Detaches a sink. Returns whether it was still attached.
-    pub(crate) fn remove(&mut self, id: SinkId) -> bool {
+    pub fn remove(&mut self, id: SinkId) -> bool {
         let before = self.watching.len();
         self.watching.retain(|watching| watching.id != id);
         self.add_up();
@@ -80,14 +81,14 @@ impl Sinks {
     }
 
     /// Detaches the sinks that want inputs.
-    pub(crate) fn end_recordings(&mut self) {
+    pub fn end_recordings(&mut self) {
         self.watching.retain(|watching| !watching.wants.inputs);
         self.add_up();
     }
 
     /// Passes a report to the sinks that want it, and detaches those that have seen enough. Returns
     /// whether less is wanted from now on.
-    pub(crate) fn tell<D: Device>(
+    pub fn tell<D: Device>(
         &mut self,
         device: &D,
         at: Time,
@@ -116,7 +117,7 @@ impl Sinks {
     }
 
     /// Tells the sinks that want inputs that everything that followed from one has been reported.
-    pub(crate) fn settle<D: Device>(&mut self, device: &D, state: &dyn Fn() -> serde_json::Value) {
+    pub fn settle<D: Device>(&mut self, device: &D, state: &dyn Fn() -> serde_json::Value) {
         if !self.wants.inputs {
             return;
         }
@@ -127,29 +128,29 @@ impl Sinks {
     }
 
     /// Waits until all of them can take more reports.
-    pub(crate) fn poll_ready(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+    pub fn poll_ready(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         let waits = |of: &mut Watching| of.sink.poll_ready(cx).is_pending();
         self.is_full = self.watching.iter_mut().map(waits).fold(false, |any, waits| any | waits);
         if self.is_full { Poll::Pending } else { Poll::Ready(()) }
     }
 
     /// Whether one of them can take no more now.
-    pub(crate) fn are_full(&mut self) -> bool {
+    pub fn are_full(&mut self) -> bool {
         self.poll_ready(&mut Context::from_waker(Waker::noop())).is_pending()
     }
 
     /// Whether one of them could take no more when it was asked last.
-    pub(crate) fn were_full(&self) -> bool {
+    pub fn were_full(&self) -> bool {
         self.is_full
     }
 
     /// When one of them wants to be told that time has passed.
-    pub(crate) fn due(&self) -> Option<Time> {
+    pub fn due(&self) -> Option<Time> {
         self.due
     }
 
     /// Tells the sinks that asked for it that time has passed. Returns whether any did.
-    pub(crate) fn pass(&mut self, at: Time) -> bool {
+    pub fn pass(&mut self, at: Time) -> bool {
         if self.due.is_none_or(|due| due > at) {
             return false;
         }
@@ -165,7 +166,7 @@ impl Sinks {
     }
 
     /// One of them wants to be told at another time.
-    pub(crate) fn look_again(&mut self) {
+    pub fn look_again(&mut self) {
         self.due = self.watching.iter().fold(None, |due, of| sooner(due, of.sink.due()));
     }
 
