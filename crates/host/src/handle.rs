@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
 use vimc4_device::{
-    Condition, Deed, Device, Fault, FaultNumber, Faulting, Input, OwnedInput, Ruling, Scenario,
-    ScenarioNumber, Signal, Time, View,
+    Condition, Deed, Device, Fault, FaultNumber, OwnedInput, Scenario, ScenarioNumber, Signal,
+    Time, View,
 };
 
 use crate::BreakpointView;
@@ -16,10 +16,9 @@ use crate::journey::{Journey, Wishes};
 use crate::pending::Pending;
 use crate::runner::{Deferred, Ending, Runner};
 use crate::transport::Transport;
-use crate::travel::Destination;
 use crate::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::{Pause, Step};
-use vimc4_session::{NO_MORE_FAULTS, NO_MORE_RULES};
+use vimc4_session::Destination;
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///
@@ -134,16 +133,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn fault(&self, fault: Fault) -> Pending<FaultNumber> {
         let by = self.source();
         self.with(move |runner| {
-            let faulting = Faulting::Begin(FaultNumber::NEXT, fault);
-            let input = OwnedInput::Fault(faulting.clone());
-            let effect = runner.act(&by, Deed::Fault(Box::new(faulting)), &[input.as_input()]);
-            if effect == (Effect::Nothing { why: Some(NO_MORE_FAULTS) }) {
-                return Err(ControlError::Unsupported(NO_MORE_FAULTS));
-            }
-            // It has the highest number, for it is the latest.
-            let numbers = runner.device().faults().into_iter().map(|view| view.number);
-            let numbers = numbers.filter(|number| *number != FaultNumber::TERMINAL);
-            Ok(numbers.max().unwrap_or_default())
+            runner.request(|session, wall| session.inject_fault(wall, &by, fault))
         })
     }
 
@@ -151,34 +141,22 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn scenario(&self, scenario: Scenario) -> Pending<ScenarioNumber> {
         let by = self.source();
         self.with(move |runner| {
-            if scenario.rules.is_empty() {
-                return Ok(ScenarioNumber::NEXT);
-            }
-            let ruling = Ruling::Begin(ScenarioNumber::NEXT, scenario);
-            let effect = runner.do_to(&by, &[Input::Rule(&ruling)]);
-            if effect == (Effect::Nothing { why: Some(NO_MORE_RULES) }) {
-                return Err(ControlError::Unsupported(NO_MORE_RULES));
-            }
-            // It has the highest number, for it is the latest.
-            let numbers = runner.device().rules().into_iter().map(|view| view.id.scenario);
-            Ok(numbers.max().unwrap_or_default())
+            runner.request(|session, wall| session.begin_scenario(wall, &by, scenario))
         })
     }
 
     /// The scenario of this number ends, or all do.
     pub fn end_scenarios(&self, number: Option<ScenarioNumber>) -> Pending<Effect> {
         let by = self.source();
-        let ruling = number.map_or(Ruling::EndAll, Ruling::End);
-        self.with(move |runner| Ok(runner.do_to(&by, &[Input::Rule(&ruling)])))
+        self.with(move |runner| {
+            Ok(runner.request(|session, wall| session.end_scenarios(wall, &by, number)))
+        })
     }
 
     /// All scenarios and all faults end.
     pub fn reset(&self) -> Pending<Effect> {
         let by = self.source();
-        self.with(move |runner| {
-            let inputs = [Input::Rule(&Ruling::EndAll), Input::Fault(&Faulting::EndAll)];
-            Ok(runner.do_to(&by, &inputs))
-        })
+        self.with(move |runner| Ok(runner.request(|session, wall| session.reset(wall, &by))))
     }
 
     /// Performs a deed on the device, in the name of this handle.
@@ -194,9 +172,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         let by = self.source();
         self.with(move |runner| {
             let deed = what(runner.device())?;
-            let inputs = deed.inputs(&runner.device().signals())?;
-            let inputs: Vec<_> = inputs.iter().map(OwnedInput::as_input).collect();
-            Ok(runner.act(&by, deed, &inputs))
+            runner.request(|session, wall| session.act(wall, &by, deed))
         })
     }
 
@@ -252,7 +228,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     {
         let by = self.source();
         self.with(move |runner| {
-            runner.restore(&by, state);
+            runner.request(|session, wall| session.restore(wall, &by, state));
             Ok(())
         })
     }
@@ -269,7 +245,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         let by = self.source();
         self.with(move |runner| {
             let state = make(runner.device())?;
-            runner.restore(&by, state);
+            runner.request(|session, wall| session.restore(wall, &by, state));
             Ok(())
         })
     }
@@ -293,7 +269,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     ///
     /// If time does not run by itself, or would not any more.
     pub fn set_clock(&self, clock: Clock) -> Pending<()> {
-        self.with(move |runner| runner.set_clock(clock))
+        self.with(move |runner| runner.request(|session, wall| session.set_clock(wall, clock)))
     }
 
     // --- time stands still ---
@@ -310,12 +286,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// up for.
     pub fn resume(&self) -> Pending<Time> {
         let by = self.source();
-        self.with(move |runner| runner.resume(&by))
+        self.with(move |runner| runner.request(|session, wall| session.resume(wall, &by)))
     }
 
     /// Since when time has been paused, and why; `None` if it is running.
     pub fn paused(&self) -> Pending<Option<Pause>> {
-        self.with(|runner| Ok(runner.paused().cloned()))
+        self.with(|runner| Ok(runner.session().paused().cloned()))
     }
 
     /// Resolves when time is paused, whatever the cause: at once if it is paused already.
@@ -328,13 +304,13 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Does one thing while time is paused: the next cause of what the device does by itself, or an input
     /// that has waited behind what was due. Time passes as far as that needs.
     pub fn step(&self) -> Pending<Step> {
-        self.with(|runner| runner.step())
+        self.with(|runner| runner.request(|session, _| session.step()))
     }
 
     /// While time is paused, lets it pass up to then, if nothing is due before, and says when it is then.
     /// What is due then is left to [steps](Handle::step).
     pub fn wait_until(&self, at: Time) -> Pending<Time> {
-        self.with(move |runner| runner.wait_until(at))
+        self.with(move |runner| runner.request(|session, _| session.wait_until(at)))
     }
 
     /// Gives the device an input. While time is paused it comes after what is due at this instant, and
@@ -343,7 +319,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn inject(&self, input: OwnedInput) -> Pending<()> {
         let by = self.source();
         self.with(move |runner| {
-            runner.give(by, input);
+            runner.request(|session, wall| session.give(wall, &by, input.as_input()));
             Ok(())
         })
     }
@@ -360,23 +336,25 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Pauses time at the very moment a condition becomes true: before anything else happens, even
     /// at the same instant. [`Breakpoint`](vimc4_device::Breakpoint) says when that is.
     pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
-        self.with(|runner| Ok(runner.break_when(condition)))
+        self.with(|runner| Ok(runner.request(|session, _| session.add_breakpoint(condition))))
     }
 
     /// The same for somebody who has breakpoints of their own, such as a debugger: time is paused in the
     /// name of `by`, and the breakpoint is not among those that are listed and numbered.
     pub fn stop_when(&self, condition: Condition, by: Source) -> Pending<BreakpointId> {
-        self.with(|runner| Ok(runner.stop_when(condition, by)))
+        self.with(|runner| Ok(runner.request(|session, _| session.add_stop(condition, by))))
     }
 
     /// Removes a breakpoint. Returns whether it was still there.
     pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Pending<bool> {
-        self.with(move |runner| Ok(runner.remove_breakpoint(breakpoint)))
+        self.with(move |runner| {
+            Ok(runner.request(|session, _| session.remove_breakpoint(breakpoint)))
+        })
     }
 
     /// The breakpoints, and how often each was met.
     pub fn breakpoints(&self) -> Pending<Vec<BreakpointView>> {
-        self.with(|runner| Ok(runner.breakpoints()))
+        self.with(|runner| Ok(runner.session().breakpoints()))
     }
 
     // --- who is there ---

@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot, watch};
 use vimc4_device::Time;
+use vimc4_session::AdvanceRequest;
+pub use vimc4_session::Progress;
 
 use crate::ControlError;
 use crate::pending::Pending;
@@ -29,22 +31,11 @@ use crate::pending::Pending;
 #[must_use = "wait for the journey, or its result is lost"]
 pub struct Journey {
     reply: Pending<Time>,
-    wish: Arc<Mutex<Wish>>,
+    wish: Arc<Mutex<AdvanceRequest>>,
     /// Has the controller look at the wish.
     nudge: mpsc::UnboundedSender<()>,
     progress: watch::Receiver<Progress>,
     by_itself: bool,
-}
-
-/// How far a [`Journey`] has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
-    /// The controller's time.
-    pub now: Time,
-    /// Where time goes; `None` as long as that is not known: the condition is being forecast.
-    pub to: Option<Time>,
-    /// It is paused.
-    pub paused: bool,
 }
 
 /// The requests to all journeys of a controller that have been requested so far.
@@ -68,21 +59,11 @@ impl Wishes {
     }
 }
 
-/// What is asked of a journey.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wish {
-    Go,
-    Pause,
-    /// To go on as long as nothing from outside is needed for it.
-    Unaided,
-    Cancel,
-}
-
 /// The controller's side of a journey.
 #[derive(Debug)]
 pub(crate) struct Ticket {
     reply: oneshot::Sender<Result<Time, ControlError>>,
-    wish: Arc<Mutex<Wish>>,
+    wish: Arc<Mutex<AdvanceRequest>>,
     of_all: Arc<Wishes>,
     /// How many were asked for before it.
     number: u64,
@@ -100,7 +81,7 @@ impl Journey {
         let (of_all, number) = (Arc::clone(of_all), of_all.asked.fetch_add(1, Ordering::AcqRel));
         let (answer, reply) = Pending::promised();
         let (tell, progress) = watch::channel(Progress::default());
-        let wish = Arc::new(Mutex::new(Wish::Go));
+        let wish = Arc::new(Mutex::new(AdvanceRequest::Go));
         let ticket =
             Ticket { reply: answer, wish: Arc::clone(&wish), of_all, number, progress: tell };
         (ticket, Journey { reply, wish, nudge, progress, by_itself })
@@ -112,7 +93,7 @@ impl Journey {
     ///
     /// If time moves by itself: that cannot be held up.
     pub fn pause(&self) -> Result<(), ControlError> {
-        self.unless_by_itself(Wish::Pause)
+        self.unless_by_itself(AdvanceRequest::Pause)
     }
 
     /// Goes on after a pause. If something has gone in meanwhile, a condition is forecast anew.
@@ -121,13 +102,13 @@ impl Journey {
     ///
     /// If time moves by itself, so that it has not been paused.
     pub fn resume(&self) -> Result<(), ControlError> {
-        self.unless_by_itself(Wish::Go)
+        self.unless_by_itself(AdvanceRequest::Go)
     }
 
     /// Gives it up, after a few milliseconds at most. The reply is
     /// [`ControlError::Cancelled`] then, unless time has arrived before.
     pub fn cancel(&self) {
-        self.wish(Wish::Cancel);
+        self.wish(AdvanceRequest::Cancel);
     }
 
     /// How far it had come last.
@@ -152,7 +133,7 @@ impl Journey {
         self.reply.wait_within(limit)
     }
 
-    fn unless_by_itself(&self, wish: Wish) -> Result<(), ControlError> {
+    fn unless_by_itself(&self, wish: AdvanceRequest) -> Result<(), ControlError> {
         if self.by_itself {
             return Err(ControlError::RunsByItself);
         }
@@ -160,10 +141,10 @@ impl Journey {
         Ok(())
     }
 
-    fn wish(&self, wish: Wish) {
+    fn wish(&self, wish: AdvanceRequest) {
         let mut wished = lock(&self.wish);
         // What is given up is not taken up again.
-        if *wished != Wish::Cancel {
+        if *wished != AdvanceRequest::Cancel {
             *wished = wish;
         }
         // If nobody hears it, there is no journey any more.
@@ -180,11 +161,11 @@ impl Future for Journey {
 }
 
 impl Ticket {
-    pub(crate) fn wish(&self) -> Wish {
+    pub(crate) fn wish(&self) -> AdvanceRequest {
         let of_all = |count: &AtomicU64| self.number < count.load(Ordering::Acquire);
         match *lock(&self.wish) {
-            _ if of_all(&self.of_all.cancelled) => Wish::Cancel,
-            Wish::Go if of_all(&self.of_all.unaided) => Wish::Unaided,
+            _ if of_all(&self.of_all.cancelled) => AdvanceRequest::Cancel,
+            AdvanceRequest::Go if of_all(&self.of_all.unaided) => AdvanceRequest::Unaided,
             wish => wish,
         }
     }
@@ -201,6 +182,6 @@ impl Ticket {
 }
 
 /// A wish is whole at any time, so a panic elsewhere is no reason to stop.
-fn lock(wish: &Mutex<Wish>) -> MutexGuard<'_, Wish> {
+fn lock(wish: &Mutex<AdvanceRequest>) -> MutexGuard<'_, AdvanceRequest> {
     wish.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -7,15 +7,12 @@
 #![forbid(unsafe_code)]
 
 mod bell;
-mod deeds;
-mod drive;
+mod connections;
 mod flash;
 mod handle;
 mod journey;
 mod pending;
-mod reception;
 mod reports;
-mod rig;
 mod runner;
 mod storage;
 mod timer;
@@ -23,9 +20,7 @@ mod timer;
 mod traces;
 mod traffic;
 mod transport;
-mod travel;
 mod turn;
-mod waiting;
 mod wire;
 mod worker;
 

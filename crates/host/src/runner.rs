@@ -5,31 +5,30 @@ use std::future::{Future, poll_fn};
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
 
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
-use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
+use vimc4_device::{Device, Time};
+use vimc4_session::{Completion, Destination, Progress, RequestId, Session, Work};
 
-use crate::BreakpointView;
-use crate::Clock;
-use crate::ControlError;
 use crate::bell::Bell;
-use crate::deeds;
-use crate::drive::Drive;
+use crate::connections::Connections;
 use crate::flash::{FlashFile, FlashFileError};
 use crate::journey::Ticket;
-use crate::reception;
-use crate::rig::Rig;
 use crate::storage::Storage;
 use crate::timer::Timer;
-use crate::transport::Transport;
-use crate::travel::Destination;
+use crate::transport::{Received, Transport};
 use crate::turn::reactor_turn;
 use crate::wire;
-use crate::{BreakpointId, Deed, Effect, News, Sink, SinkId, Source};
-use crate::{Pause, Step};
-use vimc4_session::LineClients;
+use crate::{Clock, ControlError, News, Pause, Sink, SinkId, Source};
+
+/// How many units of work are done before the line is looked at again.
+const BATCH: u32 = 10_000;
+
+/// How long that may take.
+const BATCH_TIME: Duration = Duration::from_millis(5);
 
 /// Owns a device and its transports and lets it live in the time of a [`Clock`]. It comes
 /// with a [`Handle`](crate::Handle), see [there](crate::Handle::pair).
@@ -52,9 +51,14 @@ use vimc4_session::LineClients;
 /// # }
 /// ```
 pub struct Runner<D: Device> {
-    /// The device, all that it is plugged into, and how its time passes.
-    drive: Drive<D>,
-    clients: LineClients,
+    session: Session<D>,
+    connections: Connections,
+    /// The moment at which the session's wall time begins.
+    origin: Instant,
+    /// The callers of advances that are under way.
+    tickets: Vec<(RequestId, Ticket)>,
+    /// The callers that wait for time to be paused.
+    pause_waits: Vec<(RequestId, oneshot::Sender<Result<Pause, ControlError>>)>,
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
     /// Rings when there is a job.
     asked: Bell,
@@ -117,8 +121,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
         stop: oneshot::Receiver<Ending>,
     ) -> Runner<D> {
         Runner {
-            drive: Drive::new(device, clock),
-            clients: LineClients::default(),
+            connections: Connections::new(device.baud()),
+            session: Session::new(device, clock),
+            origin: Instant::now(),
+            tickets: Vec::new(),
+            pause_waits: Vec::new(),
             jobs,
             asked: Bell::default(),
             was_heard: false,
@@ -141,7 +148,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
         image: &[u8],
     ) -> Result<Runner<D>, FlashFileError> {
         let (storage, mended) = Storage::open(self.device(), file, image)?;
-        self.drive.rig.storage = storage;
+        self.session.set_keeps_flash(storage.is_kept());
+        self.connections.storage = storage;
         self.early.extend(mended);
         Ok(self)
     }
@@ -150,7 +158,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// process.
     #[must_use]
     pub fn named(mut self, name: &str) -> Runner<D> {
-        self.drive.rig.sinks.call(name);
+        self.connections.sinks.set_name(name);
         self
     }
 
@@ -158,7 +166,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// port, where that is known, and that of the device.
     #[must_use]
     pub fn with_line_physics(mut self, on: bool) -> Runner<D> {
-        self.drive.rig.has_physics = on;
+        self.session.set_physics(on);
         self
     }
 
@@ -166,7 +174,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// next client comes. With `fresh` it is forgotten instead: the device gets whole lines only.
     #[must_use]
     pub fn with_lines(mut self, ends: &'static [u8], fresh: bool) -> Runner<D> {
-        self.clients.set_lines(ends, fresh);
+        self.session.set_lines(ends, fresh);
         self
     }
 
@@ -174,86 +182,76 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// with LF alone waits for an answer that will never come, and is told so.
     #[must_use]
     pub fn with_line_feeds(mut self, ends: &'static [u8], right: &'static str) -> Runner<D> {
-        self.clients.set_line_feeds(ends, right);
+        self.session.set_line_feeds(ends, right);
         self
     }
 
     /// Opens a way to the line.
     pub fn attach(&mut self, transport: Box<dyn Transport>) {
-        self.drive.rig.wire.attach(transport);
+        self.connections.wire.attach(transport);
     }
 
     /// Lets a sink watch from now on.
     pub fn watch(&mut self, sink: Box<dyn Sink>) -> SinkId {
-        self.drive.rig.watch(sink)
+        self.connections.watch(&mut self.session, sink)
     }
 
     /// Detaches a sink. Returns whether it was still attached.
     pub fn detach(&mut self, id: SinkId) -> bool {
-        self.drive.rig.detach(id)
+        self.connections.detach(&mut self.session, id)
     }
 
     /// Pauses its time from the first moment, in this name: nothing that clients send is taken in
     /// before time [goes on](crate::Handle::resume).
     pub fn begin_paused(&mut self, who: &str) {
-        self.drive.rig.pause(Source::Controls(who.into()));
+        self.session.pause_here(Source::Controls(who.into()));
+        self.flush();
     }
 
     /// A sink wants to be told [at another time](Sink::due) that time has passed than it said last.
     pub fn look_again(&mut self) {
-        self.drive.rig.sinks.look_again();
+        self.connections.sinks.update_due();
+        self.session.set_watch_due(self.connections.sinks.due());
     }
 
     /// The device.
     pub fn device(&self) -> &D {
-        &self.drive.rig.device
-    }
-
-    // --- what a handle asks for ---
-
-    pub(crate) fn act(&mut self, by: &Source, deed: Deed, inputs: &[Input<'_>]) -> Effect {
-        deeds::act(&mut self.drive, by, deed, inputs)
-    }
-
-    pub(crate) fn do_to(&mut self, by: &Source, inputs: &[Input<'_>]) -> Effect {
-        deeds::give(&mut self.drive, by, inputs)
-    }
-
-    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
-        self.drive.set_out(by, destination, ticket);
-    }
-
-    pub(crate) fn restore(&mut self, by: &Source, state: D::State) {
-        self.drive.restore(by, state);
-    }
-
-    pub(crate) fn pause(&mut self, by: Source) -> Time {
-        self.drive.pause(by)
-    }
-
-    pub(crate) fn resume(&mut self, by: &Source) -> Result<Time, ControlError> {
-        self.drive.resume(by)
+        self.session.device()
     }
 
     /// How its time passes.
     pub fn clock(&self) -> Clock {
-        self.drive.clock()
+        self.session.clock()
     }
 
-    pub(crate) fn set_clock(&mut self, clock: Clock) -> Result<(), ControlError> {
-        self.drive.set_clock(clock)
+    // --- what a handle asks for ---
+
+    /// Does something with the session, after everything that is due by now.
+    pub(crate) fn request<T>(&mut self, work: impl FnOnce(&mut Session<D>, Duration) -> T) -> T {
+        let wall = self.wall();
+        self.perform_due(wall);
+        let result = work(&mut self.session, wall);
+        self.flush();
+        result
     }
 
-    pub(crate) fn step(&mut self) -> Result<Step, ControlError> {
-        self.drive.step()
+    pub(crate) fn session(&self) -> &Session<D> {
+        &self.session
     }
 
-    pub(crate) fn wait_until(&mut self, at: Time) -> Result<Time, ControlError> {
-        self.drive.wait_until(at)
+    pub(crate) fn pause(&mut self, by: Source) -> Time {
+        self.request(|session, wall| session.pause(wall, by))
     }
 
-    pub(crate) fn give(&mut self, by: Source, input: OwnedInput) {
-        self.drive.give(input, by);
+    /// Sends time to a destination.
+    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
+        ticket.tell(Progress { now: self.session.now(), ..Progress::default() });
+        let id = self.session.advance(by, destination);
+        let request = ticket.wish();
+        self.tickets.push((id, ticket));
+        // It may have been cancelled before it began.
+        self.session.change_advance(id, request);
+        self.flush();
     }
 
     pub(crate) fn hear(
@@ -261,35 +259,109 @@ impl<D: Device + Clone + 'static> Runner<D> {
         bytes: usize,
         answer: oneshot::Sender<Result<usize, ControlError>>,
     ) {
-        if self.drive.rig.is_paused() {
+        if self.session.is_paused() {
             self.hears = Some((bytes, answer));
         } else {
             let _ = answer.send(Err(ControlError::NotPaused));
         }
     }
 
-    pub(crate) fn paused(&self) -> Option<&Pause> {
-        self.drive.rig.paused()
-    }
-
     pub(crate) fn tell_of_pause(&mut self, answer: oneshot::Sender<Result<Pause, ControlError>>) {
-        self.drive.rig.tell_of_pause(answer);
+        let id = self.session.await_pause();
+        self.pause_waits.push((id, answer));
+        self.flush();
     }
 
-    pub(crate) fn break_when(&mut self, condition: Condition) -> BreakpointId {
-        self.drive.rig.break_when(condition)
+    // --- the session ---
+
+    /// The wall time. A clock that does not run by itself needs none.
+    fn wall(&self) -> Duration {
+        if self.session.runs_by_itself() { self.origin.elapsed() } else { Duration::ZERO }
     }
 
-    pub(crate) fn stop_when(&mut self, condition: Condition, by: Source) -> BreakpointId {
-        self.drive.rig.stop_when(condition, by)
+    /// Hands out what the session has for others.
+    fn flush(&mut self) {
+        self.connections.flush(&mut self.session);
+        while let Some((id, completion)) = self.session.poll_completion() {
+            // The caller may have stopped waiting for it.
+            match completion {
+                Completion::Advanced(end) => {
+                    self.tickets
+                        .extract_if(.., |(of, _)| *of == id)
+                        .for_each(|(_, it)| it.end(end.clone()));
+                }
+                Completion::Paused(pause) => {
+                    let waits = self.pause_waits.extract_if(.., |(of, _)| *of == id);
+                    waits.for_each(|(_, answer)| _ = answer.send(Ok(pause.clone())));
+                }
+            }
+        }
     }
 
-    pub(crate) fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
-        self.drive.rig.remove_breakpoint(id)
+    /// Does units of work, for a few milliseconds at most. Returns whether there is more to do.
+    fn work(&mut self, unit: impl Fn(&mut Session<D>) -> Work) -> bool {
+        let mut began = None;
+        for _ in 0..BATCH {
+            let work = unit(&mut self.session);
+            self.flush();
+            self.connections.pass_time(&mut self.session);
+            if work == Work::Idle {
+                return false;
+            }
+            let is_over = began.get_or_insert_with(Instant::now).elapsed() >= BATCH_TIME;
+            let has_to_stop = self.session.is_paused() || self.connections.storage.has_failed();
+            if work == Work::Yield || is_over || has_to_stop || self.is_held_up() {
+                break;
+            }
+        }
+        true
     }
 
-    pub(crate) fn breakpoints(&self) -> Vec<BreakpointView> {
-        self.drive.rig.breakpoints.views()
+    /// Performs what is due by a wall time.
+    fn perform_due(&mut self, wall: Duration) {
+        if self.session.is_due(wall) {
+            self.catch_up(wall);
+        }
+    }
+
+    /// Lets time pass up to a wall time, if it runs by itself.
+    fn catch_up(&mut self, wall: Duration) {
+        if self.work(|session| session.catch_up(wall)) {
+            self.session.fall_behind(self.wall());
+        }
+    }
+
+    /// Lets time pass as far as it can. Returns whether there is more to do at once.
+    fn move_time(&mut self) -> bool {
+        if self.is_held_up() && !self.session.is_paused() {
+            return false;
+        }
+        // To read the clock costs more than to see that nothing will be due.
+        if self.session.runs_by_itself() && !self.session.has_deadline() {
+            return false;
+        }
+        let wall = self.wall();
+        let is_busy = self.work(|session| session.handle_timeout(wall));
+        if is_busy && self.session.runs_by_itself() {
+            self.session.fall_behind(self.wall());
+        }
+        if let Some((id, progress)) = self.session.progress() {
+            self.tickets.iter().filter(|(of, _)| *of == id).for_each(|(_, it)| it.tell(progress));
+        }
+        is_busy || self.session.can_jump()
+    }
+
+    /// Whether time that jumps has to wait for a sink.
+    fn is_held_up(&mut self) -> bool {
+        !self.session.runs_by_itself() && self.connections.sinks.are_full()
+    }
+
+    /// Tells the session how the callers want their advances to go on.
+    fn update_advances(&mut self) {
+        for (id, ticket) in &self.tickets {
+            self.session.change_advance(*id, ticket.wish());
+        }
+        self.flush();
     }
 
     // --- the loop ---
@@ -298,22 +370,20 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// fails.
     pub async fn run(mut self) -> Result<(), RunError> {
         let mut timer = Timer::new().map_err(RunError::Timer)?;
-        self.drive.start();
         for news in std::mem::take(&mut self.early) {
-            let now = self.device().now();
-            self.drive.rig.tell_news(now, news);
+            self.session.report(self.session.now(), news);
         }
-        // The device may have had something to say before the first input.
-        self.drive.rig.drain();
+        self.session.start(self.wall());
+        self.flush();
         loop {
-            let busy = self.drive.move_time();
-            self.drive.rig.dismiss_listeners();
-            if let Some(failure) = self.drive.rig.storage.take_failure() {
-                self.end(self.device().now());
+            let busy = self.move_time();
+            self.dismiss_listeners();
+            if let Some(failure) = self.connections.storage.take_failure() {
+                self.end(self.session.now());
                 return Err(failure.into());
             }
             // In vain until there is a timer for it, but then the clock stands still anyway.
-            let _ = timer.arm(self.drive.next_moment());
+            let _ = timer.arm(self.next_moment());
             if busy {
                 // The reactor gets its turn, so that looking at the line shows what is there.
                 yield_now().await;
@@ -322,19 +392,19 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 Woken::Line => {}
                 Woken::Job(job) => {
                     self.settle().await;
-                    self.drive.catch_up();
+                    self.catch_up(self.wall());
                     job(&mut self);
                     self.listen().await;
                 }
                 Woken::Stop(ending) => {
-                    self.end(self.drive.present());
+                    self.end(self.session.present(self.wall()));
                     if let Ending::Leaves = ending {
                         std::mem::forget(self);
                     }
                     return Ok(());
                 }
-                Woken::Nudge => self.drive.give_up_waiting(),
-                Woken::Time => self.drive.jump(),
+                Woken::Nudge => self.update_advances(),
+                Woken::Time => _ = self.work(Session::jump),
             }
         }
     }
@@ -357,14 +427,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 return ordered;
             }
             // Before anything is received: a client that never stops sending gets its answers too.
-            self.drive.rig.wire.poll_send(cx);
-            let sinks = &mut self.drive.rig.sinks;
+            self.connections.wire.poll_send(cx);
+            let sinks = &mut self.connections.sinks;
             let were_full = sinks.were_full();
             let are_full = sinks.poll_ready(cx).is_pending();
             if were_full && !are_full {
                 return Poll::Ready(Woken::Time);
             }
-            if !are_full && !self.drive.is_away() {
+            if !are_full && !self.session.holds_up_inputs() {
                 // A client that never stops sending does not keep jobs waiting.
                 if std::mem::take(&mut self.was_heard)
                     && let Poll::Ready(Some(job)) = self.poll_jobs(cx)
@@ -398,7 +468,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// How much may be read. While time is paused, everything clients send or do waits with their
     /// operating system, as on a line that nobody attends to.
     fn room(&self) -> Option<usize> {
-        (!self.drive.rig.is_paused()).then_some(usize::MAX)
+        (!self.session.is_paused()).then_some(usize::MAX)
     }
 
     /// Asks the transports for what has arrived, and takes it in, but no more than there is room for;
@@ -406,12 +476,48 @@ impl<D: Device + Clone + 'static> Runner<D> {
     fn poll_line(&mut self, cx: &mut Context<'_>, room: Option<usize>) -> Poll<usize> {
         let Some(most) = room else { return Poll::Pending };
         wire::with_buffer(|buffer| {
-            let Runner { drive, clients, .. } = self;
-            let Rig { wire, device, .. } = &mut drive.rig;
-            let room = |handshake| device.room(handshake).min(most);
-            wire.poll(cx, room, buffer)
-                .map(|(from, received)| reception::receive(drive, clients, from, received, buffer))
+            let Runner { session, connections, .. } = self;
+            let room = |handshake| session.device().room(handshake).min(most);
+            let received = connections.wire.poll(cx, room, buffer);
+            received.map(|(from, received)| self.receive(from, received, buffer))
         })
+    }
+
+    /// Takes in what a transport has received. Returns how many bytes that were.
+    fn receive(&mut self, from: usize, received: Received, buffer: &[u8]) -> usize {
+        let mut taken = 0;
+        let wall = self.wall();
+        if !matches!(received, Received::Finished) {
+            self.perform_due(wall);
+            let Runner { session, connections: Connections { wire, .. }, .. } = self;
+            let label = wire.label(from);
+            // To ask for it takes some time.
+            let baud = if session.has_physics() { wire.client_baud(from) } else { None };
+            match received {
+                Received::Bytes(count) => {
+                    let bytes = buffer.get(..count).unwrap_or_default();
+                    session.handle_bytes(wall, &label, baud, bytes);
+                    taken = bytes.len();
+                }
+                Received::News(news) => session.handle_news(wall, &label, baud, news),
+                Received::Finished => {}
+            }
+            self.flush();
+        }
+        self.connections.wire.drop_finished();
+        taken
+    }
+
+    /// Lets go of clients that have closed their side of the line, once they have every reply.
+    fn dismiss_listeners(&mut self) {
+        if !self.session.is_paused() {
+            self.connections.wire.dismiss_listeners(|| self.session.device().is_idle());
+        }
+    }
+
+    /// The moment at which something is to be done next.
+    fn next_moment(&self) -> Option<Instant> {
+        self.origin.checked_add(self.session.next_timeout()?)
     }
 
     /// Takes in everything that was sent before a control was used, although its news may still
@@ -437,10 +543,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
             reactor_turn().await;
-            self.drive.rig.wire.look_closely();
+            self.connections.wire.look_closely();
             let heard = poll_fn(|cx| {
                 // Who sends and reads has to get its answers meanwhile, or it loses them.
-                self.drive.rig.wire.poll_send(cx);
+                self.connections.wire.poll_send(cx);
                 Poll::Ready(self.poll_line(cx, room))
             });
             match heard.await {
@@ -455,23 +561,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// The device ends with its task, as if the power had gone: watchers learn what that cuts
     /// short, and what has not been told yet. For a recording of what goes in it is over.
     fn end(&mut self, at: Time) {
-        let rig = &mut self.drive.rig;
-        rig.release();
-        rig.tell_unheard(at);
-        rig.tell_news(at, News::Ends);
-        rig.end_recordings();
-        if rig.is_wanted(Kinds::ANSWER) {
-            // The device knows how to tell of half a line, if it has it.
-            if let Some(half) = self.clients.held_back() {
-                rig.input(Input::Bytes(&half), at, None);
-            }
-            rig.input(Input::Power(false), at, None);
-        }
+        self.session.end(at);
+        self.flush();
+        self.connections.end_recordings(&mut self.session);
+        self.session.cut_off(at);
+        self.flush();
     }
 }
 
 impl<D: Device + fmt::Debug> fmt::Debug for Runner<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Runner").field("drive", &self.drive).finish_non_exhaustive()
+        f.debug_struct("Runner").field("session", &self.session).finish_non_exhaustive()
     }
 }

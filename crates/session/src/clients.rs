@@ -12,7 +12,7 @@ use crate::{News, Source};
 /// The clients of a line, as far as their transports report them, and the partial line of one of
 /// them.
 #[derive(Debug, Default)]
-pub struct LineClients {
+pub(crate) struct LineClients {
     /// The clients that have the line open and may send.
     open: Vec<Source>,
     /// The client that sent last, where there are several.
@@ -23,17 +23,17 @@ pub struct LineClients {
 
 impl LineClients {
     /// Sets the bytes that end a line, and whether a partial line is discarded when its client leaves.
-    pub fn set_lines(&mut self, ends: &'static [u8], fresh: bool) {
+    pub(crate) fn set_lines(&mut self, ends: &'static [u8], fresh: bool) {
         self.partial = PartialLine::new(ends, fresh);
     }
 
     /// Sets the bytes that end a line, also in words, where LF does not end one.
-    pub fn set_line_feeds(&mut self, ends: &'static [u8], right: &'static str) {
+    pub(crate) fn set_line_feeds(&mut self, ends: &'static [u8], right: &'static str) {
         self.feeds = LineFeeds::new(ends, right);
     }
 
     /// The client that sends on a transport.
-    pub fn source(&self, label: &str) -> Source {
+    pub(crate) fn source(&self, label: &str) -> Source {
         let of = |source: &&Source| match source {
             Source::Client { transport, .. } => **transport == *label,
             Source::Controls(_) => false,
@@ -43,12 +43,12 @@ impl LineClients {
     }
 
     /// Whether a client other than the last speaker may be sending.
-    pub fn are_several(&self) -> bool {
+    pub(crate) fn are_several(&self) -> bool {
         self.open.len() > 1 || self.speaker.is_some()
     }
 
     /// A client sends on a transport. Returns the event for it, if another client sent before.
-    pub fn speaks(&mut self, label: &Arc<str>) -> Option<News> {
+    pub(crate) fn speaks(&mut self, label: &Arc<str>) -> Option<News> {
         let source = self.source(label);
         if self.speaker.as_ref() == Some(&source) {
             return None;
@@ -65,7 +65,7 @@ impl LineClients {
     }
 
     /// A client opens or closes the line. Returns the event for the partial line left behind.
-    pub fn open_or_close(&mut self, news: &News) -> Option<News> {
+    pub(crate) fn open_or_close(&mut self, news: &News) -> Option<News> {
         let source = |transport: &Arc<str>, client: &String| Source::Client {
             transport: Arc::clone(transport),
             client: Some(client.as_str().into()),
@@ -101,38 +101,38 @@ impl LineClients {
     // --- lines ---
 
     /// Whether lines are tracked.
-    pub fn track_lines(&self) -> bool {
+    pub(crate) fn track_lines(&self) -> bool {
         !self.partial.is_off()
     }
 
     /// The client that has sent `bytes` on a transport, if a partial line comes before or after them.
-    pub fn source_of_partial(&self, label: &str, bytes: &[u8]) -> Option<Source> {
+    pub(crate) fn source_of_partial(&self, label: &str, bytes: &[u8]) -> Option<Source> {
         let is_partial = self.partial.is_begun() || !self.partial.is_whole(bytes);
         is_partial.then(|| self.source(label))
     }
 
     /// A client sends. Returns another client's partial line that it continues.
-    pub fn continued_partial(&mut self, by: &Source) -> Option<Bytes> {
+    pub(crate) fn continued_partial(&mut self, by: &Source) -> Option<Bytes> {
         self.partial.continued_by(by, &self.open)
     }
 
     /// Takes bytes that arrive, and returns the bytes that the device gets now.
-    pub fn take<'a>(&mut self, bytes: &'a [u8], by: Option<Source>) -> Cow<'a, [u8]> {
+    pub(crate) fn take<'a>(&mut self, bytes: &'a [u8], by: Option<Source>) -> Cow<'a, [u8]> {
         self.partial.take(bytes, by)
     }
 
     /// The partial line of a client whose last bytes arrived after it had closed the line.
-    pub fn late_partial(&mut self) -> Option<Bytes> {
+    pub(crate) fn late_partial(&mut self) -> Option<Bytes> {
         if self.open.is_empty() { None } else { self.partial.arrives_late(&self.open) }
     }
 
     /// The partial line that was held back from the device, when no more bytes will come.
-    pub fn held_back(&mut self) -> Option<Vec<u8>> {
+    pub(crate) fn held_back(&mut self) -> Option<Vec<u8>> {
         self.partial.take_held_back(&self.open)
     }
 
     /// How lines end, in words, if the client has ended one with LF alone.
-    pub fn wrong_line_end(&mut self, bytes: &[u8]) -> Option<&'static str> {
+    pub(crate) fn wrong_line_end(&mut self, bytes: &[u8]) -> Option<&'static str> {
         self.feeds.wrong(bytes)
     }
 }

@@ -1,33 +1,42 @@
-//! What a running controller tells those who watch it, and what it is told by those who steer it:
-//! reports, sources, effects, breakpoints and clocks, and the words for them.
+//! A device in its run loop: a clock, breakpoints, waiting callers, reports, and operator actions.
 //!
-//! Whoever runs a controller, with ports and a clock of the computer or in a page, tells the same of
-//! it. Nothing here knows a clock, a thread or a port.
+//! Whoever has ports and a clock drives a [`Session`] from outside: a server, a page, or a test.
+//!
+//! Architecture invariant: nothing here knows a clock, a thread, a port, or a file. Time is passed in,
+//! and outputs are polled.
 #![forbid(unsafe_code)]
 
+mod actions;
+mod advance;
 mod breakpoints;
 mod clients;
 mod clock;
 mod effect;
+mod engine;
 mod error;
 mod line_feeds;
 pub mod order;
 mod pace;
 mod partial_line;
 mod pause;
+mod replay;
 mod report;
+mod request;
+mod requests;
+mod session;
 mod sinks;
 mod talk;
 mod transmission;
+mod waiters;
 
 pub use breakpoints::{BreakpointView, Breakpoints, Met};
-pub use clients::LineClients;
 pub use clock::{Clock, ClockError, Rate};
 pub use effect::{Effect, NO_MORE_FAULTS, NO_MORE_RULES, why_without_effect};
+pub use engine::SessionOutput;
 pub use error::ControlError;
-pub use pace::Pace;
 pub use pause::{Pause, Step};
 pub use report::{BreakpointId, Deed, News, Report, Sink, Source, Wants, What};
+pub use request::{AdvanceRequest, Completion, Destination, Progress, RequestId, Work};
+pub use session::Session;
 pub use sinks::{SinkId, Sinks};
 pub use talk::{Talk, Teller, Verbosity};
-pub use transmission::Transmission;

@@ -323,6 +323,19 @@ impl Wants {
     /// Everything needed to repeat a run, and nothing that follows from it.
     pub const INPUTS: Wants = Wants { kinds: Kinds::NONE, inputs: true, sent: false };
 
+    /// Whether a report is wanted. Events of the line always are.
+    #[must_use]
+    pub fn include(&self, what: &What) -> bool {
+        match what {
+            What::Input { .. } | What::State { .. } | What::Stands { .. } | What::Goes => {
+                self.inputs
+            }
+            What::Sent { .. } => self.sent,
+            What::Event { event, .. } => self.kinds.contain(event.kind()),
+            What::News(_) | What::Missed { .. } => true,
+        }
+    }
+
     /// Everything that at least one of the two wants.
     #[must_use]
     pub fn and(self, other: Wants) -> Wants {
@@ -377,7 +390,18 @@ pub trait Sink: Send {
     }
 }
 
-/// The number of a breakpoint of a running controller.
+/// The number of a breakpoint, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct BreakpointId(pub u64);
+
+impl BreakpointId {
+    /// A breakpoint of the debugger itself, which is not listed.
+    pub const INTERNAL: BreakpointId = BreakpointId(0);
+}
+
+impl fmt::Display for BreakpointId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
-use vimc4_device::{Device, Time};
+use vimc4_device::Time;
 
 use crate::{Report, Sink, Wants, What};
 
@@ -11,126 +11,108 @@ use crate::{Report, Sink, Wants, What};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SinkId(u64);
 
-/// The sinks of a controller, and the reports they want together. Reports that no sink wants are
-/// not produced.
+/// The sinks of a controller, and the reports they want together.
 #[derive(Default)]
 pub struct Sinks {
-    /// What the controller is called in reports.
+    /// The name of the controller in reports.
     name: Arc<str>,
-    watching: Vec<Watching>,
-    /// The last number that a sink was given.
+    attached: Vec<AttachedSink>,
+    /// The number of the last sink.
     last: u64,
-    wants: Wants,
-    /// When one of them wants to be told that time has passed.
+    /// What they want together; `None` if there is none.
+    wants: Option<Wants>,
+    /// When one of them wants to know that time has passed.
     due: Option<Time>,
     /// Whether one of them could take no more when it was asked last.
     is_full: bool,
 }
 
-/// A sink, and what it wants.
-struct Watching {
+struct AttachedSink {
     id: SinkId,
     wants: Wants,
     sink: Box<dyn Sink>,
 }
 
 impl Sinks {
-    /// Gives the controller its name.
-    pub fn call(&mut self, name: &str) {
+    /// Names the controller.
+    pub fn set_name(&mut self, name: &str) {
         self.name = Arc::from(name);
     }
 
-    /// What all of them want.
-    pub fn wants(&self) -> Wants {
+    /// The reports that they want together; `None` if there are no sinks.
+    #[must_use]
+    pub fn wants(&self) -> Option<Wants> {
         self.wants
     }
 
-    /// Whether nobody watches.
-    pub fn is_empty(&self) -> bool {
-        self.watching.is_empty()
-    }
-
-    /// Lets a sink watch from now on. If it wants inputs, it is first told the state in which they
-    /// begin.
-    pub fn add<D: Device>(
+    /// Attaches a sink. If it wants inputs, it first gets the reports with which they begin.
+    pub fn add(
         &mut self,
         mut sink: Box<dyn Sink>,
-        device: &D,
+        at: Time,
         beginning: impl FnOnce() -> Vec<What>,
+        explain: &dyn Fn(&[u8]) -> String,
     ) -> SinkId {
         let wants = sink.wants();
         if wants.inputs {
             for what in beginning() {
-                let report = Report { controller: Arc::clone(&self.name), at: device.now(), what };
-                sink.report(&report, &|command| device.explain(command));
+                let report = Report { controller: Arc::clone(&self.name), at, what };
+                sink.report(&report, explain);
             }
         }
         self.last += 1;
         let id = SinkId(self.last);
-        self.watching.push(Watching { id, wants, sink });
-        self.add_up();
+        self.attached.push(AttachedSink { id, wants, sink });
+        self.update();
         id
     }
 
     /// Detaches a sink. Returns whether it was still attached.
     pub fn remove(&mut self, id: SinkId) -> bool {
-        let before = self.watching.len();
-        self.watching.retain(|watching| watching.id != id);
-        self.add_up();
-        self.watching.len() < before
+        let before = self.attached.len();
+        self.attached.retain(|attached| attached.id != id);
+        self.update();
+        self.attached.len() < before
     }
 
     /// Detaches the sinks that want inputs.
     pub fn end_recordings(&mut self) {
-        self.watching.retain(|watching| !watching.wants.inputs);
-        self.add_up();
+        self.attached.retain(|attached| !attached.wants.inputs);
+        self.update();
     }
 
-    /// Passes a report to the sinks that want it, and detaches those that have seen enough. Returns
+    /// Passes a report to the sinks that want it, and detaches those that have enough. Returns
     /// whether less is wanted from now on.
-    pub fn tell<D: Device>(
-        &mut self,
-        device: &D,
-        at: Time,
-        wanted: impl Fn(&Wants) -> bool,
-        what: impl FnOnce() -> What,
-    ) -> bool {
-        if self.watching.is_empty() || !wanted(&self.wants) {
-            return false;
-        }
-        let report = Report { controller: Arc::clone(&self.name), at, what: what() };
-        let explain = |command: &[u8]| device.explain(command);
-        let (mut enough, mut due) = (false, None);
-        for Watching { wants, sink, .. } in &mut self.watching {
-            if wanted(wants) {
-                sink.report(&report, &explain);
-                enough |= sink.has_enough();
+    pub fn report(&mut self, at: Time, what: What, explain: &dyn Fn(&[u8]) -> String) -> bool {
+        let report = Report { controller: Arc::clone(&self.name), at, what };
+        let (mut has_enough, mut due) = (false, None);
+        for AttachedSink { wants, sink, .. } in &mut self.attached {
+            if wants.include(&report.what) {
+                sink.report(&report, explain);
+                has_enough |= sink.has_enough();
             }
-            due = sooner(due, sink.due());
+            due = earlier(due, sink.due());
         }
         self.due = due;
-        if enough {
-            self.watching.retain(|of| !of.sink.has_enough());
-            self.add_up();
+        if has_enough {
+            self.attached.retain(|attached| !attached.sink.has_enough());
+            self.update();
         }
-        enough
+        has_enough
     }
 
     /// Tells the sinks that want inputs that everything that followed from one has been reported.
-    pub fn settle<D: Device>(&mut self, device: &D, state: &dyn Fn() -> serde_json::Value) {
-        if !self.wants.inputs {
-            return;
-        }
-        let at = device.now();
-        for Watching { sink, .. } in self.watching.iter_mut().filter(|of| of.wants.inputs) {
-            sink.settled(at, state);
+    pub fn settle(&mut self, at: Time, state: &dyn Fn() -> serde_json::Value) {
+        if self.wants.is_some_and(|wants| wants.inputs) {
+            let recordings = self.attached.iter_mut().filter(|attached| attached.wants.inputs);
+            recordings.for_each(|attached| attached.sink.settled(at, state));
         }
     }
 
     /// Waits until all of them can take more reports.
     pub fn poll_ready(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        let waits = |of: &mut Watching| of.sink.poll_ready(cx).is_pending();
-        self.is_full = self.watching.iter_mut().map(waits).fold(false, |any, waits| any | waits);
+        let waits = |attached: &mut AttachedSink| attached.sink.poll_ready(cx).is_pending();
+        self.is_full = self.attached.iter_mut().map(waits).fold(false, |any, waits| any | waits);
         if self.is_full { Poll::Pending } else { Poll::Ready(()) }
     }
 
@@ -140,11 +122,13 @@ impl Sinks {
     }
 
     /// Whether one of them could take no more when it was asked last.
+    #[must_use]
     pub fn were_full(&self) -> bool {
         self.is_full
     }
 
-    /// When one of them wants to be told that time has passed.
+    /// When one of them wants to know that time has passed.
+    #[must_use]
     pub fn due(&self) -> Option<Time> {
         self.due
     }
@@ -154,28 +138,30 @@ impl Sinks {
         if self.due.is_none_or(|due| due > at) {
             return false;
         }
-        for Watching { sink, .. } in &mut self.watching {
+        for AttachedSink { sink, .. } in &mut self.attached {
             if sink.due().is_some_and(|due| due <= at) {
                 sink.passes(at);
             }
         }
-        self.look_again();
+        self.update_due();
         // A sink that names no later time does not hold up the others.
         self.due = self.due.filter(|due| *due > at);
         true
     }
 
-    /// One of them wants to be told at another time.
-    pub fn look_again(&mut self) {
-        self.due = self.watching.iter().fold(None, |due, of| sooner(due, of.sink.due()));
+    /// One of them wants to know it at another time.
+    pub fn update_due(&mut self) {
+        let dues = self.attached.iter().map(|attached| attached.sink.due());
+        self.due = dues.fold(None, earlier);
     }
 
-    fn add_up(&mut self) {
-        self.look_again();
-        self.wants = self.watching.iter().fold(Wants::default(), |all, of| all.and(of.wants));
+    fn update(&mut self) {
+        self.update_due();
+        let wants = self.attached.iter().map(|attached| attached.wants);
+        self.wants = wants.reduce(Wants::and);
     }
 }
 
-fn sooner(one: Option<Time>, other: Option<Time>) -> Option<Time> {
+fn earlier(one: Option<Time>, other: Option<Time>) -> Option<Time> {
     one.into_iter().chain(other).min()
 }

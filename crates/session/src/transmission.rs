@@ -8,7 +8,7 @@ const LONGEST: usize = 1_024;
 
 /// Gathers the bytes that a device sends at one time, so that they cost one write.
 #[derive(Default)]
-pub struct Transmission {
+pub(crate) struct Transmission {
     first: Option<(Time, Bytes)>,
     /// All bytes, if there are more than in `first`.
     all: Vec<u8>,
@@ -16,12 +16,12 @@ pub struct Transmission {
 
 impl Transmission {
     /// Whether bytes sent at this time belong to it, and there is space for them.
-    pub fn has_space_at(&self, at: Time) -> bool {
+    pub(crate) fn has_space_at(&self, at: Time) -> bool {
         self.all.len() < LONGEST && self.first.as_ref().is_none_or(|(first, _)| *first == at)
     }
 
     /// Adds bytes.
-    pub fn add(&mut self, at: Time, bytes: Bytes) {
+    pub(crate) fn add(&mut self, at: Time, bytes: Bytes) {
         match &self.first {
             None => self.first = Some((at, bytes)),
             Some((_, first)) => {
@@ -34,7 +34,7 @@ impl Transmission {
     }
 
     /// Takes all bytes, and their time.
-    pub fn take(&mut self) -> Option<(Time, Bytes)> {
+    pub(crate) fn take(&mut self) -> Option<(Time, Bytes)> {
         let (at, first) = self.first.take()?;
         let all = std::mem::take(&mut self.all);
         Some((at, if all.is_empty() { first } else { all.into() }))
