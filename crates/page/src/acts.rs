@@ -91,7 +91,7 @@ fn position(desk: &mut Desk, call: &Call) -> Outcome {
 
 fn signals(desk: &mut Desk, call: &Call) -> Outcome {
     let served = desk.present(call)?;
-    Answer::json(&seen::signals(&served.live.line.signals(), &served.view()))
+    Answer::json(&seen::signals(&served.live.line().signals(), &served.view()))
 }
 
 fn set_signal(desk: &mut Desk, call: &Call) -> Outcome {
@@ -111,7 +111,7 @@ fn set_signal(desk: &mut Desk, call: &Call) -> Outcome {
             Deed::Set(name, value)
         }
     };
-    Answer::done(&served.live.act(call.moment, &page(), deed)?)
+    Answer::done(&served.live.act(call.moment, deed)?)
 }
 
 fn send(desk: &mut Desk, call: &Call) -> Outcome {
@@ -120,14 +120,15 @@ fn send(desk: &mut Desk, call: &Call) -> Outcome {
         desk.present(call)?;
         return Answer::done(&Effect::Nothing { why: Some(NO_BYTES) });
     }
-    desk.present(call)?.live.hear(call.moment, &bytes, &page());
+    let live = &mut desk.present(call)?.live;
+    live.request(call.moment, |session, wall| session.send_bytes(wall, &page(), &bytes));
     Answer::done(&Effect::Something)
 }
 
 // --- what it keeps without power ---
 
 fn flash(desk: &mut Desk, call: &Call) -> Outcome {
-    let image = desk.present(call)?.live.line.flash_image();
+    let image = desk.present(call)?.live.line().flash_image();
     Ok(Answer::Text(String::from_utf8_lossy(&image).into_owned()))
 }
 
@@ -138,12 +139,13 @@ const CHANGES_TO: &[&str] = &["speed", "manual", "instant"];
 
 fn clock(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    Answer::json(&seen::clock(live.now(), live.pace.clock, live.paused(), CHANGES_TO))
+    Answer::json(&seen::clock(live.now(), live.session.clock(), live.session.paused(), CHANGES_TO))
 }
 
 fn set_clock(desk: &mut Desk, call: &Call) -> Outcome {
     let wanted = clock_of(call.text("clock"), CHANGES_TO)?;
-    desk.present(call)?.live.set_clock(call.moment, wanted);
+    let live = &mut desk.present(call)?.live;
+    live.request(call.moment, |session, wall| session.replace_clock(wall, wanted));
     clock(desk, call)
 }
 
@@ -161,18 +163,21 @@ fn cancel(desk: &mut Desk, call: &Call) -> Outcome {
 fn pause(desk: &mut Desk, call: &Call) -> Outcome {
     let served = desk.present(call)?;
     served.stays_paused(true);
-    Answer::now(served.live.pause(page()))
+    served.live.pause();
+    Answer::now(served.live.now())
 }
 
 fn resume(desk: &mut Desk, call: &Call) -> Outcome {
     let served = desk.present(call)?;
     served.stays_paused(false);
-    Answer::now(served.live.resume(call.moment, &page()).map_err(Problem::of_going_on)?)
+    let live = &mut served.live;
+    let now = live.request(call.moment, |session, wall| session.resume(wall, &page()));
+    Answer::now(now.map_err(Problem::of_going_on)?)
 }
 
 fn step(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
-    let step = live.step()?;
+    let step = live.request(call.moment, |session, _| session.step())?;
     Answer::json(&seen::step(step, live.now()))
 }
 
@@ -191,7 +196,7 @@ fn take_snapshot(desk: &mut Desk, call: &Call) -> Outcome {
         return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
     }
     let (name, at) = (call.text("name").to_owned(), live.now());
-    let id = snapshots.keep(Snapshot { name: name.clone(), at, state: live.line.state() });
+    let id = snapshots.keep(Snapshot { name: name.clone(), at, state: live.line().state() });
     Answer::json(&json!({ "id": id, "name": name, "at": at }))
 }
 
@@ -247,7 +252,7 @@ fn give_up(desk: &mut Desk, call: &Call) -> Outcome {
 
 fn begin_recording(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
-    if live.recorder.is_some() {
+    if live.recorder().is_some() {
         let remedy = "read it with GET, and end it with DELETE";
         return Err(Problem::new(Kind::NotNow, "it is recorded already", remedy));
     }

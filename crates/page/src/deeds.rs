@@ -14,7 +14,7 @@ use crate::served::Served;
 /// The moment that is looked at, and what was done on the way there: when, what it was, and with which words. Only
 /// what the controller got counts, so it is the same whether it was sent, ordered or typed in the debugger.
 pub(crate) fn deeds(served: &mut Served) -> Outcome {
-    if served.live.line.line().is_paced() {
+    if served.live.line().line().is_paced() {
         let detail =
             "its line takes time for each character, and a link begins with one that takes none";
         return Err(Problem::new(Kind::NotNow, detail, "save a recording, which has that line"));
@@ -22,7 +22,7 @@ pub(crate) fn deeds(served: &mut Served) -> Outcome {
     let (at, here) = (served.debugger().now(), served.debugger().place());
     let mut inputs = given(served.debugger())?;
     if served.looks.as_ref().is_none_or(|looks| looks.live == here) {
-        let waits = served.live.waiting().cloned();
+        let waits = served.live.session.pending().cloned();
         inputs.extend(waits.map(|input| TimedInput { at, input }));
     }
     let names = &served.live.names;

@@ -85,7 +85,6 @@ pub(crate) mod work {
 
 /// There is a recording, but nothing is in it.
 pub(crate) mod recorder {
-    use serde_json::Value;
     use vimc4_catalogue::{Machine, Model};
     use vimc4_device::Names;
     use vimc4_session::Report;
@@ -101,10 +100,6 @@ pub(crate) mod recorder {
         }
 
         pub(crate) fn report(&mut self, _: &Report) {}
-    }
-
-    pub(crate) fn written(_: &Kept) -> Value {
-        Value::Null
     }
 }
 
@@ -143,7 +138,6 @@ pub(crate) mod words {
 
     use crate::call::{Answer, Call, Outcome};
     use crate::desk::Desk;
-    use crate::live::page;
 
     pub(crate) fn order(desk: &mut Desk, call: &Call) -> Outcome {
         let live = &mut desk.present(call)?.live;
@@ -156,7 +150,7 @@ pub(crate) mod words {
             _ => return Err(super::later()),
         };
         // What is wrong is said by the whole module.
-        let effect = live.act(call.moment, &page(), deed).map_err(|_| super::later())?;
+        let effect = live.act(call.moment, deed).map_err(|_| super::later())?;
         Answer::json(&json!({ "text": said(&effect) }))
     }
 

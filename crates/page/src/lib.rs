@@ -20,7 +20,6 @@ mod desk;
 mod live;
 mod looks;
 mod own;
-mod pace;
 mod served;
 mod snapshots;
 pub mod wasm;

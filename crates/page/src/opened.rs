@@ -79,28 +79,30 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
     let live = &mut served.live;
     // So that all of it can be saved, with what follows.
     live.record();
-    let names = Names::of(&live.line);
+    let names = Names::of(live.line());
     // While it was led cause by cause, it was told where it stood.
     let mut is_led = false;
     for entry in entries {
         comparison.read(entry, &read, &mut |_| {}).map_err(|error| wrong(error.to_string()))?;
-        comparison.take_mismatches().for_each(|found| live.line.debugger.add_mismatch(found));
+        comparison
+            .take_mismatches()
+            .for_each(|found| live.session.device_mut().debugger.add_mismatch(found));
         let is_ahead = entry.at > live.now();
         match &entry.what {
             What::Given { by, given } => {
                 let input = known(&names, given).map_err(|why| at_line(entry.line, &why))?;
-                live.replay(entry.at, input, &Source::Controls(by.clone()), is_led);
+                live.replay(entry.at, &input, &Source::Controls(by.clone()), is_led);
             }
             What::State { by: Some(by), state } => {
                 let state = state_of(&own, entry.line, state)?;
                 if is_ahead && !is_led {
                     live.replay_to(entry.at);
                 }
-                live.restore(0, &Source::Controls(by.clone()), state);
+                live.replay_state(&Source::Controls(by.clone()), state);
             }
             What::Mark(name) => {
                 live.replay_to(entry.at);
-                live.line.debugger.mark(name.as_str());
+                live.session.device_mut().debugger.mark(name.as_str());
             }
             // Led, what is sent comes before it is told how much was done at that instant; at the end
             // nothing comes any more, and time may have gone on after the last of it.
@@ -115,9 +117,12 @@ pub(crate) fn recorded(content: &str) -> Result<(Served, Value), Problem> {
         }
     }
     comparison.finish();
-    comparison.take_mismatches().for_each(|found| live.line.debugger.add_mismatch(found));
-    let differs = live.line.debugger.differences().first().map(|first| first.mismatch.at);
-    live.pause(Source::Controls("the end of the recording".into()));
+    comparison
+        .take_mismatches()
+        .for_each(|found| live.session.device_mut().debugger.add_mismatch(found));
+    let differs =
+        live.session.device_mut().debugger.differences().first().map(|first| first.mismatch.at);
+    live.pause_by(Source::Controls("the end of the recording".into()));
     let is_whole = recording.is_whole();
     Ok((served, json!({ "torn": recording.torn, "is_whole": is_whole, "differs": differs })))
 }

@@ -84,5 +84,5 @@ fn made(setup: &Setup) -> Result<Served, Problem> {
 /// What a line would mean to a controller, as it is typed: `\r` and the like stand for what cannot be.
 pub(crate) fn meaning(served: &Served, line: &str) -> Outcome {
     let bytes = unescape(line).unwrap_or_else(|_| line.as_bytes().to_vec());
-    Answer::json(&json!({ "text": served.live.line.explain(bytes.trim_ascii()) }))
+    Answer::json(&json!({ "text": served.live.line().explain(bytes.trim_ascii()) }))
 }

@@ -158,15 +158,15 @@ pub(crate) fn set_flash(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
     let image = call.text("image").replace("\r\n", "\n");
     let filled = Controller::new(&live.model, live.machine.clone(), image.as_bytes())?.state();
-    if !live.line.is_idle() {
+    if !live.line().is_idle() {
         return Err(ControlError::Unsupported(
             "something is going on, and may come from the memory; wait until it is idle, or press stop",
         )
         .into());
     }
-    let mut state = live.line.state();
+    let mut state = live.line().state();
     state.device = state.device.with_memory_of(&filled).ok_or(ControlError::Ended)?;
-    live.restore(call.moment, &page(), state);
+    live.request(call.moment, |session, wall| session.restore(wall, &page(), state));
     Answer::done(&Effect::Something)
 }
 
@@ -175,7 +175,7 @@ pub(crate) fn restore_snapshot(desk: &mut Desk, call: &Call) -> Outcome {
     let Served { live, snapshots, .. } = desk.present(call)?;
     let kept = snapshots.kept.get(&id).cloned();
     let kept = kept.ok_or_else(|| no_such("snapshot", &id.to_string()))?;
-    live.restore(call.moment, &page(), kept.state);
+    live.request(call.moment, |session, wall| session.restore(wall, &page(), kept.state));
     Answer::now(live.now())
 }
 
@@ -186,12 +186,14 @@ fn not_recorded() -> Problem {
 
 pub(crate) fn recording(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    let recorder = live.recorder.as_ref().ok_or_else(not_recorded)?;
-    Ok(Answer::Text(recorder.text(live.now(), live.pace.clock)))
+    let recorder = live.recorder().ok_or_else(not_recorded)?;
+    Ok(Answer::Text(recorder.text(live.now(), live.session.clock())))
 }
 
 pub(crate) fn end_recording(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
-    live.recorder.take().ok_or_else(not_recorded)?;
+    if !live.end_recording() {
+        return Err(not_recorded());
+    }
     Answer::done(&Effect::Something)
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{Device, Names, OwnedInput, Time};
+use vimc4_device::{Names, OwnedInput, Time};
 use vimc4_session::{Clock, News, Report, What as Told};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
@@ -10,11 +10,6 @@ use crate::kept::Kept;
 
 /// So many bytes are recorded at most.
 const MOST: usize = 64 * 1024 * 1024;
-
-/// A state as it is recorded. It can always be written.
-pub(crate) fn written(line: &Kept) -> Value {
-    serde_json::to_value(line.state()).unwrap_or_default()
-}
 
 /// What has been recorded so far.
 #[derive(Debug)]

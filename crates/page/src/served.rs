@@ -38,13 +38,13 @@ impl Served {
         for way in ["pty", "tcp", "rfc2217", "serial"] {
             about[way] = Value::Null;
         }
-        about["recorded"] = self.live.recorder.is_some().into();
+        about["recorded"] = self.live.recorder().is_some().into();
         about
     }
 
     /// What is answered when time has passed up to this instant.
     pub(crate) fn arrived(&self, at: Time) -> Value {
-        match self.live.paused() {
+        match self.live.session.paused() {
             Some(pause) => json!({ "now": at, "paused": seen::pause(pause) }),
             None => json!({ "now": at }),
         }
@@ -52,6 +52,6 @@ impl Served {
 
     /// What is visible of the controller itself, wherever somebody looks.
     pub(crate) fn view(&self) -> View<Details> {
-        self.live.line.view(self.live.now())
+        self.live.line().view(self.live.now())
     }
 }

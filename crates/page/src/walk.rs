@@ -28,14 +28,14 @@ fn patience() -> impl FnMut(Time) -> ControlFlow<()> {
 
 impl Served {
     pub(crate) fn debugger(&mut self) -> &mut Debugger {
-        &mut self.live.line.debugger
+        &mut self.live.session.device_mut().debugger
     }
 
     /// Opens the debugger, if it is not open.
     pub(crate) fn look(&mut self) {
         if self.looks.is_none() {
-            let stays_paused = self.live.paused().is_some();
-            self.live.pause(page());
+            let stays_paused = self.live.session.paused().is_some();
+            self.live.pause();
             let live = self.debugger().place();
             self.looks = Some(Looks { live, away: None, stays_paused });
         }
@@ -90,7 +90,7 @@ impl Served {
         let Some(Looks { stays_paused, .. }) = self.looks.take() else { return false };
         if !stays_paused {
             // Somebody may have let it go on already.
-            let _ = self.live.resume(moment, &page());
+            let _ = self.live.request(moment, |session, wall| session.resume(wall, &page()));
         }
         true
     }
@@ -166,8 +166,8 @@ impl Served {
         if self.debugger().place() == live {
             return "the controller is here already".to_owned();
         }
-        let Served { live: Live { line, .. }, lived, .. } = self;
-        let history = line.debugger.history_mut();
+        let Served { live: Live { session, .. }, lived, .. } = self;
+        let history = session.device_mut().debugger.history_mut();
         if history.is_at_end() {
             // What was just given takes effect now.
             let now = history.now();

@@ -6,15 +6,15 @@ use vimc4_answers::limits::BREAKPOINTS;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
 use vimc4_device::{
-    Condition, Deed, Device, FaultNumber, Faulting, Order, OwnedInput, Ruling, Scenario,
-    ScenarioNumber, faults_in_words, position_in_words, rules_in_words,
+    Condition, Deed, Device, FaultNumber, Faulting, Input, Order, Ruling, Scenario, ScenarioNumber,
+    faults_in_words, position_in_words, rules_in_words,
 };
 use vimc4_session::order::{erased, ruled, said};
 use vimc4_session::{BreakpointId, ControlError, Effect};
 
 use crate::call::{Answer, Call, Outcome};
 use crate::desk::Desk;
-use crate::live::page;
+use crate::live::{Live, page};
 use crate::served::Served;
 
 pub(crate) fn quit(_: &mut Desk, _: &Call) -> Outcome {
@@ -45,48 +45,49 @@ pub(crate) fn order(desk: &mut Desk, call: &Call) -> Outcome {
 fn carry_out(served: &mut Served, moment: u64, order: Order) -> Result<String, Problem> {
     let (by, live) = (page(), &mut served.live);
     Ok(match order {
-        Order::Do(deed) => said(&live.act(moment, &by, deed)?),
+        Order::Do(deed) => said(&live.act(moment, deed)?),
         Order::Erase => {
             let takes_ms = live.model.panel_erase_ms().unwrap_or(0);
-            let was_powered = live.line.view(live.now()).powered;
-            let deed = live.model.erasing(&live.line).map_err(ControlError::Unsupported)?;
-            erased(&live.act(moment, &by, deed)?, was_powered, takes_ms)
+            let was_powered = live.line().view(live.now()).powered;
+            let deed = live.model.erasing(live.line()).map_err(ControlError::Unsupported)?;
+            erased(&live.act(moment, deed)?, was_powered, takes_ms)
         }
         Order::Advance(span) => match live.advance(moment, span)? {
-            at if live.paused().is_some() => format!("paused at {at}"),
+            at if live.session.paused().is_some() => format!("paused at {at}"),
             at => format!("now {at}"),
         },
         Order::RunUntil(condition) => {
             let there = if condition == Condition::Idle { "idle" } else { "there" };
             match live.run_until(moment, condition)? {
-                at if live.paused().is_some() => format!("paused at {at}"),
+                at if live.session.paused().is_some() => format!("paused at {at}"),
                 at => format!("{there} at {at}"),
             }
         }
         // Nothing waits here for time to pass.
         Order::Cancel => "ok".to_owned(),
         Order::Position => {
-            let view = live.line.view(live.now());
+            let view = live.line().view(live.now());
             position_in_words(&view.axes, view.activity)
         }
-        Order::Faults => faults_in_words(&live.line.faults(), &live.names),
+        Order::Faults => faults_in_words(&live.line().faults(), &live.names),
         Order::Rule(Ruling::Begin(_, scenario)) => {
-            let number = live.scenario(moment, &by, scenario.clone())?;
-            ruled(number, &scenario, &live.line.rules())
+            let begin = scenario.clone();
+            let number =
+                live.request(moment, |session, wall| session.begin_scenario(wall, &by, begin))?;
+            ruled(number, &scenario, &live.line().rules())
         }
-        Order::Rule(ruling) => said(&live.do_to(moment, vec![OwnedInput::Rule(ruling)], &by)),
-        Order::Reset => said(&live.do_to(moment, everything_ends(), &by)),
-        Order::Rules => rules_in_words(&live.line.rules(), &live.names),
+        Order::Rule(ruling) => {
+            let inputs = [Input::Rule(&ruling)];
+            said(&live.request(moment, |session, wall| session.give_all(wall, &by, &inputs)))
+        }
+        Order::Reset => said(&live.request(moment, |session, wall| session.reset(wall, &by))),
+        Order::Rules => rules_in_words(&live.line().rules(), &live.names),
         Order::Signals => live.names.list(),
         Order::Help(None) => live.names.help(),
         Order::Help(Some(verb)) => live.names.help_on(verb),
         Order::Complete(begun) => live.names.completions(&begun),
         Order::Quit => String::new(),
     })
-}
-
-fn everything_ends() -> Vec<OwnedInput> {
-    vec![OwnedInput::Rule(Ruling::EndAll), OwnedInput::Fault(Faulting::EndAll)]
 }
 
 pub(crate) fn run_until(desk: &mut Desk, call: &Call) -> Outcome {
@@ -100,22 +101,24 @@ pub(crate) fn run_until(desk: &mut Desk, call: &Call) -> Outcome {
 
 pub(crate) fn breakpoints(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    Answer::json(&seen::breakpoints(&live.breakpoints.views(), &live.names))
+    Answer::json(&seen::breakpoints(&live.session.breakpoints(), &live.names))
 }
 
 pub(crate) fn add_breakpoint(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
     let condition = live.names.read(call.text("condition"))?;
-    if live.breakpoints.views().len() >= BREAKPOINTS {
+    if live.session.breakpoints().len() >= BREAKPOINTS {
         let detail = format!("there are {BREAKPOINTS} breakpoints already");
         return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
     }
-    Answer::json(&json!({ "id": live.break_when(condition) }))
+    let id = live.request(call.moment, |session, _| session.add_breakpoint(condition));
+    Answer::json(&json!({ "id": id }))
 }
 
 pub(crate) fn remove_breakpoint(desk: &mut Desk, call: &Call) -> Outcome {
     let id: u64 = call.number("id", "breakpoint")?;
-    match desk.present(call)?.live.remove_breakpoint(BreakpointId(id)) {
+    let live = &mut desk.present(call)?.live;
+    match live.request(call.moment, |session, _| session.remove_breakpoint(BreakpointId(id))) {
         true => Answer::done(&Effect::Something),
         false => Err(no_such("breakpoint", &id.to_string())),
     }
@@ -125,33 +128,35 @@ pub(crate) fn remove_breakpoint(desk: &mut Desk, call: &Call) -> Outcome {
 
 pub(crate) fn faults(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    Answer::json(&seen::faults(&live.line.faults(), &live.names))
+    Answer::json(&seen::faults(&live.line().faults(), &live.names))
 }
 
 pub(crate) fn begin_fault(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
     let fault = live.names.read_fault(call.text("fault"))?;
-    Answer::json(&json!({ "number": live.fault(call.moment, &page(), fault)? }))
+    let number =
+        live.request(call.moment, |session, wall| session.inject_fault(wall, &page(), fault))?;
+    Answer::json(&json!({ "number": number }))
 }
 
 pub(crate) fn end_fault(desk: &mut Desk, call: &Call) -> Outcome {
     let number = FaultNumber(call.number("number", "fault")?);
     let live = &mut desk.present(call)?.live;
-    if !live.line.faults().iter().any(|view| view.number == number) {
+    if !live.line().faults().iter().any(|view| view.number == number) {
         return Err(no_such("fault", &number.0.to_string()));
     }
     let deed = Deed::Fault(Box::new(Faulting::End(number)));
-    Answer::done(&live.act(call.moment, &page(), deed)?)
+    Answer::done(&live.act(call.moment, deed)?)
 }
 
 pub(crate) fn end_faults(desk: &mut Desk, call: &Call) -> Outcome {
     let deed = Deed::Fault(Box::new(Faulting::EndAll));
-    Answer::done(&desk.present(call)?.live.act(call.moment, &page(), deed)?)
+    Answer::done(&desk.present(call)?.live.act(call.moment, deed)?)
 }
 
 pub(crate) fn rules(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &desk.present(call)?.live;
-    Answer::json(&seen::rules(&live.line.rules(), &live.names))
+    Answer::json(&seen::rules(&live.line().rules(), &live.names))
 }
 
 pub(crate) fn begin_rules(desk: &mut Desk, call: &Call) -> Outcome {
@@ -162,24 +167,33 @@ pub(crate) fn begin_rules(desk: &mut Desk, call: &Call) -> Outcome {
         let remedy = "write one in each line, such as `when x > 1000: press stop`";
         return Err(Problem::new(Kind::NotUnderstood, "there are no rules", remedy));
     }
-    let number = live.scenario(call.moment, &page(), Scenario { rules })?;
+    let scenario = Scenario { rules };
+    let number =
+        live.request(call.moment, |session, wall| session.begin_scenario(wall, &page(), scenario))?;
     Answer::json(&json!({ "scenario": number }))
 }
 
 pub(crate) fn end_scenario(desk: &mut Desk, call: &Call) -> Outcome {
     let number = ScenarioNumber(call.number("scenario", "scenario")?);
     let live = &mut desk.present(call)?.live;
-    if !live.line.rules().iter().any(|view| view.id.scenario == number) {
+    if !live.line().rules().iter().any(|view| view.id.scenario == number) {
         return Err(no_such("scenario", &number.0.to_string()));
     }
-    Answer::done(&live.do_to(call.moment, vec![OwnedInput::Rule(Ruling::End(number))], &page()))
+    end(live, call, Some(number))
 }
 
 pub(crate) fn end_scenarios(desk: &mut Desk, call: &Call) -> Outcome {
-    let live = &mut desk.present(call)?.live;
-    Answer::done(&live.do_to(call.moment, vec![OwnedInput::Rule(Ruling::EndAll)], &page()))
+    end(&mut desk.present(call)?.live, call, None)
+}
+
+fn end(live: &mut Live, call: &Call, number: Option<ScenarioNumber>) -> Outcome {
+    let by = page();
+    Answer::done(
+        &live.request(call.moment, |session, wall| session.end_scenarios(wall, &by, number)),
+    )
 }
 
 pub(crate) fn reset(desk: &mut Desk, call: &Call) -> Outcome {
-    Answer::done(&desk.present(call)?.live.do_to(call.moment, everything_ends(), &page()))
+    let live = &mut desk.present(call)?.live;
+    Answer::done(&live.request(call.moment, |session, wall| session.reset(wall, &page())))
 }

@@ -55,17 +55,17 @@ pub(crate) fn pieces(served: &Served, content: &str) -> Outcome {
 /// before that: none, if it says when it is done.
 pub(crate) fn rest(served: &Served) -> Outcome {
     let Served { live, .. } = served;
-    let rests = live.line.is_idle() && live.waiting().next().is_none();
-    let room = match live.line.details().says_when_done() {
+    let rests = live.line().is_idle() && live.session.pending().next().is_none();
+    let room = match live.line().details().says_when_done() {
         true => 0,
-        false => live.line.room(true),
+        false => live.line().room(true),
     };
     Answer::json(&json!({ "rests": rests, "room": room }))
 }
 
 fn host(served: &Served, name: &str, text: &str) -> Result<Host, String> {
     let live = &served.live;
-    let signals = live.line.signals();
+    let signals = live.line().signals();
     let start = signals.iter().find(|signal| signal.name == "start").map(|start| start.id);
     if takes_jobs(&live.model) && is_job(text.as_bytes()) {
         let target = target(&live.model, &live.machine)?;
@@ -95,7 +95,7 @@ fn written(served: &Served, line: u32, piece: &Piece) -> Value {
             json!({ "line": line, "send": text })
         }
         Piece::Press(signal) => {
-            let signals = served.live.line.signals();
+            let signals = served.live.line().signals();
             let found = signals.iter().find(|own| own.id == *signal);
             let name = found.map_or("start", |own| &*own.name);
             json!({ "line": line, "order": format!("press {name}") })
