@@ -4,10 +4,11 @@ use std::fmt;
 
 use serde_json::Value;
 use vimc4_device::{Activity, AxisView, SignalView, Time, TimerView, WaitsFor};
+use vimc4_session::BreakpointId;
 use vimc4_timeline::recording::Mismatch;
 use vimc4_timeline::{Branch, Place, Usage};
 
-use crate::breakpoint::{Breakpoint, BreakpointId, Note};
+use crate::breakpoint::{Breakpoint, Note};
 use crate::look::{Frame, Listing, MotionView};
 use crate::stop::{Executing, FileLine, Stop, time};
 use crate::table::{Directive, Group, TABLE};

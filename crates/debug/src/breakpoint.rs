@@ -1,26 +1,10 @@
 //! Where to stop.
 
-use std::fmt;
-
 use vimc4_device::{Condition, Names, Time};
+use vimc4_session::BreakpointId;
 use vimc4_timeline::Place;
 
 use crate::{Expression, Field};
-
-/// The number of a breakpoint, from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BreakpointId(pub u32);
-
-impl BreakpointId {
-    /// That of one that nobody has made: it takes no number from those that people see.
-    pub const NOBODYS: BreakpointId = BreakpointId(0);
-}
-
-impl fmt::Display for BreakpointId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
 
 /// What a breakpoint waits for.
 #[derive(Clone, Debug, PartialEq)]

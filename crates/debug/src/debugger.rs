@@ -7,9 +7,10 @@ use std::ops::ControlFlow;
 use serde_json::Value;
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, TimedInput};
+use vimc4_session::BreakpointId;
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
-use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
+use crate::breakpoint::{Breakpoint, Options, Trigger};
 use crate::differences::Differences;
 use crate::feed::Standing;
 use crate::reel::Unread;
@@ -63,7 +64,7 @@ pub struct Debugger {
     pub(crate) differences: Differences,
     pub(crate) breakpoints: Vec<Breakpoint>,
     /// The number of the breakpoint that was made last.
-    last_breakpoint: u32,
+    last_breakpoint: u64,
     pub(crate) marks: BTreeMap<String, Bookmark>,
     watches: Vec<Expression>,
     pub(crate) stays: bool,
@@ -293,9 +294,9 @@ impl Debugger {
         id
     }
 
-    /// Adds one of [nobody's](BreakpointId::NOBODYS), which is to be removed again.
+    /// Adds one [of its own](BreakpointId::INTERNAL), which the caller removes again.
     pub fn await_trigger(&mut self, trigger: Trigger) -> BreakpointId {
-        let id = BreakpointId::NOBODYS;
+        let id = BreakpointId::INTERNAL;
         self.breakpoints.push(Breakpoint::new(id, trigger, Options::default()));
         id
     }

@@ -8,12 +8,13 @@ use vimc4_device::{
     CommandNumber, Deed, Device, Faulting, Input, NotADuration, Order, OwnedInput, Ruling, Sort,
     Time, Verb, escape, faults_in_words, parse_duration, rules_in_words, unescape,
 };
+use vimc4_session::BreakpointId;
 use vimc4_session::Effect;
 use vimc4_session::order::said;
 use vimc4_timeline::Progress;
 
 use crate::answer::{Answer, Watched, Where};
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options};
+use crate::breakpoint::{Breakpoint, Hits, Note, Options};
 use crate::debugger::Debugger;
 use crate::expression::{begins_with_operator, in_braces};
 use crate::field::is_axis;
@@ -473,7 +474,7 @@ impl Debugger {
     fn change_breakpoint(&mut self, what: &str, which: &str) -> Result {
         let ids: Vec<BreakpointId> = match which {
             "all" => self.breakpoints().iter().map(|breakpoint| breakpoint.id).collect(),
-            number => vec![BreakpointId(u32::try_from(self::number(number)?).unwrap_or(0))],
+            number => vec![BreakpointId(self::number(number)?)],
         };
         for id in ids {
             let is_there = match what {
@@ -498,7 +499,7 @@ impl Debugger {
         options.log.get_or_insert_with(|| "x {x} y {y}".to_owned());
         let hits = options.hits;
         let options = Options { hits: Hits::All, ..options };
-        let mut breakpoint = [Breakpoint::new(BreakpointId::NOBODYS, trigger, options)];
+        let mut breakpoint = [Breakpoint::new(BreakpointId::INTERNAL, trigger, options)];
         let (begin, heading) = (self.place(), self.history().heading());
         let known = self.known();
         let source = self.source().cloned();

@@ -41,7 +41,7 @@ mod why;
 mod wired;
 
 pub use answer::{Answer, Watched, Where};
-pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Options, Trigger};
+pub use breakpoint::{Breakpoint, Hits, Note, Options, Trigger};
 pub use complete::{Candidate, Completion};
 pub use debugger::{Bookmark, Debugger, uninterrupted};
 pub use differences::{Difference, Replies};
@@ -58,6 +58,7 @@ pub use story::{Deeds, Told};
 pub use table::{Directive, Follows, Group, TABLE};
 pub use types::in_words;
 pub use unit::{Depth, Unit, Way};
+pub use vimc4_session::BreakpointId;
 pub use whatif::{Apart, Differing, Parting, WhatIf};
 pub use why::{About, Chain, Change, Explanation, ExplanationKind};
 pub use wired::Wired;

@@ -10,7 +10,8 @@ use vimc4_timeline::Place;
 use crate::debugger::Debugger;
 use crate::error::shortened;
 use crate::stop::{Executing, FileLine, time};
-use crate::{Breakpoint, BreakpointId, Trigger};
+use crate::{Breakpoint, Trigger};
+use vimc4_session::BreakpointId;
 
 /// One level of what is in progress.
 #[derive(Clone, Debug, PartialEq, Eq)]

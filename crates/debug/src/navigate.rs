@@ -7,11 +7,12 @@ use std::time::Duration;
 use vimc4_device::{
     CommandNumber, Condition, Device, Event, Output, Time, WaitsFor, escape, show_nanos,
 };
+use vimc4_session::BreakpointId;
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::Wired;
 use crate::ahead::{SearchEnd, end_of, seek_next};
-use crate::breakpoint::{Breakpoint, BreakpointId, Counted, Hits, Note, Trigger};
+use crate::breakpoint::{Breakpoint, Counted, Hits, Note, Trigger};
 use crate::debugger::{Bookmark, Debugger};
 use crate::differences::Difference;
 use crate::expression::filled;

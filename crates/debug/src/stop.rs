@@ -5,7 +5,8 @@ use std::fmt;
 use vimc4_device::{CommandNumber, Output, Stamp, Time, escape, show_nanos};
 use vimc4_timeline::Place;
 
-use crate::{BreakpointId, DebugError, Note, Unit};
+use crate::{DebugError, Note, Unit};
+use vimc4_session::BreakpointId;
 
 /// Where a walk through the history has ended.
 #[derive(Clone, Debug, PartialEq)]

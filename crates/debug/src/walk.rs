@@ -5,10 +5,11 @@ use std::collections::VecDeque;
 use serde_json::Value;
 use vimc4_catalogue::{Controller, isel::LoopView};
 use vimc4_device::{Beginnings, Condition, Device, Event, Kinds, Output, Time};
+use vimc4_session::BreakpointId;
 use vimc4_timeline::{Act, Sought, Stretch, Which};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
+use crate::breakpoint::{Breakpoint, Hits, Note, Trigger};
 use crate::expression::filled;
 use crate::recurrence::is_timeless;
 use crate::steps::{Axes, first_step, last_step};

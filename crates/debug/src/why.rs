@@ -9,10 +9,11 @@ use vimc4_device::{
     CommandNumber, Condition, Device, Event, FaultNews, Input, Kinds, MachineStrike, Motion, Names,
     Output, OwnedInput, RuleId, RuleNews, Ruling, Stamp, Strike, Time, Warning, escape,
 };
+use vimc4_session::BreakpointId;
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::Wired;
-use crate::breakpoint::{Breakpoint, BreakpointId, Options, Trigger};
+use crate::breakpoint::{Breakpoint, Options, Trigger};
 use crate::debugger::Debugger;
 use crate::stop::{Executing, Said, time};
 use crate::story::Told;
@@ -899,7 +900,8 @@ impl Debugger {
         progress: &mut Progress<'_>,
     ) -> Result<Option<Change>, DebugError> {
         let trigger = Trigger::Change(field.clone());
-        let mut breakpoints = [Breakpoint::new(BreakpointId::NOBODYS, trigger, Options::default())];
+        let mut breakpoints =
+            [Breakpoint::new(BreakpointId::INTERNAL, trigger, Options::default())];
         let mut walk = Walk::new(Way::Back).heeding(&mut breakpoints, None);
         match self.history_mut().seek_last_or_here(&mut walk, progress) {
             Found::Here => {}

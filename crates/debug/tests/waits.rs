@@ -401,7 +401,7 @@ fn a_line_at_which_the_host_waits_takes_breakpoints_and_stops_no_other_walk() {
         new
     }] {
         let met =
-            |id: u32, line: &str| (Reason::Breakpoints(vec![BreakpointId(id)]), line.to_owned());
+            |id: u64, line: &str| (Reason::Breakpoints(vec![BreakpointId(id)]), line.to_owned());
         let all = [met(1, "3"), met(2, "4"), met(3, "6")];
         for round in 0..3 {
             for (nth, met) in all.iter().enumerate() {
