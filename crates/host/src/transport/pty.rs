@@ -204,16 +204,15 @@ impl Pty {
     /// It comes before the news, so that no half of a line is left of it. The next client may have written
     /// already. What only that one wrote, or both wrote, comes behind the news, as the next client's.
     fn read_left_over(&mut self, buffer: &mut [u8]) -> usize {
-        let closed = |news: &News| matches!(news, News::Closed { .. });
-        if !self.news.front().is_some_and(closed) || self.left_over >= KEPT {
+        if !self.news.front().is_some_and(is_closing) || self.left_over >= KEPT {
             return 0;
         }
         if !self.early.is_empty() {
             return take(&mut self.early, buffer);
         }
         // Of several clients that have come and gone, the last one.
-        let is_last = self.news.iter().filter(|news| closed(news)).count() == 1;
-        if !is_last || self.writes.writer() == Writer::Next {
+        let is_last = self.news.iter().filter(|news| is_closing(news)).count() == 1;
+        if !is_last || matches!(self.writes.writer(), Writer::Next | Writer::Nobody) {
             return 0;
         }
         let read = self.near.try_read(buffer).unwrap_or(0);
@@ -235,6 +234,10 @@ impl Pty {
         }
         self.near.poll_read(cx, buffer)
     }
+}
+
+fn is_closing(news: &News) -> bool {
+    matches!(news, News::Closed { .. })
 }
 
 impl Transport for Pty {
@@ -259,7 +262,7 @@ impl Transport for Pty {
         }
         if let Some(news) = self.news.pop_front() {
             self.left_over = 0;
-            if matches!(news, News::Closed { .. }) {
+            if is_closing(&news) && !self.news.iter().any(is_closing) {
                 self.writes.has_left();
             }
             return Poll::Ready(Received::News(news));
@@ -297,13 +300,11 @@ impl Transport for Pty {
                 }
                 self.unsure |= !self.seen.open;
                 self.compare();
-                match self.news.pop_front() {
-                    None => Poll::Ready(Received::Bytes(n)),
-                    Some(news) => {
-                        self.early.extend(&buffer[..n]);
-                        Poll::Ready(Received::News(news))
-                    }
+                if self.news.is_empty() {
+                    return Poll::Ready(Received::Bytes(n));
                 }
+                self.early.extend(&buffer[..n]);
+                self.poll_receive(cx, buffer)
             }
             // With our own descriptor of the far end this does not happen; if it does, waiting
             // for the next wake-up is all there is to do.

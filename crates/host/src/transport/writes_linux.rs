@@ -23,6 +23,8 @@ pub(super) struct Writes {
     /// Somebody wrote before the last closing, and after it.
     before: bool,
     after: bool,
+    /// A closing has been seen here. Another inotify instance may report it a moment earlier.
+    closed: bool,
 }
 
 /// Whose bytes wait after a client has closed the terminal.
@@ -32,6 +34,8 @@ pub(super) enum Writer {
     Former,
     /// The next client, or both of them.
     Next,
+    /// No client: everything has been read.
+    Nobody,
     /// Nobody can tell.
     Unknown,
 }
@@ -49,7 +53,7 @@ impl Writes {
         if inotify.is_none() {
             WATCHED.fetch_sub(1, Ordering::Relaxed);
         }
-        Writes { inotify, before: false, after: false }
+        Writes { inotify, before: false, after: false, closed: false }
     }
 
     /// Takes in what has happened. Returns whether somebody has closed the terminal.
@@ -67,6 +71,7 @@ impl Writes {
                 is_closed = true;
             }
         }
+        self.closed |= is_closed;
         is_closed
     }
 
@@ -77,16 +82,23 @@ impl Writes {
 
     /// The bytes of the closed client are complete: later bytes belong to the next client.
     pub(super) fn has_left(&mut self) {
-        self.before = false;
+        (self.before, self.closed) = (false, false);
     }
 
     /// Whose bytes wait.
     pub(super) fn writer(&mut self) -> Writer {
         self.look();
-        match (&self.inotify, self.before, self.after) {
-            (None, ..) => Writer::Unknown,
-            (Some(_), true, false) => Writer::Former,
-            (Some(_), ..) => Writer::Next,
+        if self.inotify.is_none() {
+            Writer::Unknown
+        } else if !self.closed {
+            // All that has been written so far precedes the closing.
+            Writer::Former
+        } else if self.after {
+            Writer::Next
+        } else if self.before {
+            Writer::Former
+        } else {
+            Writer::Nobody
         }
     }
 }

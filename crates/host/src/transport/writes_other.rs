@@ -16,6 +16,9 @@ pub(super) enum Writer {
     /// The next client, or both of them.
     #[expect(dead_code, reason = "only Linux tells")]
     Next,
+    /// No client: everything has been read.
+    #[expect(dead_code, reason = "only Linux tells")]
+    Nobody,
     /// Nobody can tell.
     Unknown,
 }
