@@ -1,14 +1,13 @@
 //! Errors for people: one message, the place, the remedy.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
-use miette::{
-    Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode, SourceSpan,
-};
+use annotate_snippets::Level;
 use thiserror::Error;
 use vimc4_answers::problem::parted;
 
+use crate::excerpt::{self, Excerpt};
 use crate::text;
 
 /// A reason to end with an exit code.
@@ -17,7 +16,7 @@ use crate::text;
 pub(crate) struct Failure {
     message: String,
     help: Option<String>,
-    place: Option<Box<(NamedSource<String>, SourceSpan)>>,
+    place: Option<Box<Excerpt>>,
     code: u8,
 }
 
@@ -41,8 +40,8 @@ impl Failure {
         let before = line.saturating_sub(1) as usize;
         let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
         let length = source.get(start..).and_then(|rest| rest.lines().next()).map_or(0, str::len);
-        let source = NamedSource::new(text::shown_in_line(name), source);
-        failure.place = Some(Box::new((source, SourceSpan::from(start..start + length))));
+        let name = text::shown_in_line(name);
+        failure.place = Some(Box::new(Excerpt::around(name, &source, start..start + length)));
         failure
     }
 
@@ -83,8 +82,10 @@ impl Failure {
     /// Prints it and says with which code to exit.
     pub(crate) fn report(self) -> ExitCode {
         let code = ExitCode::from(self.code);
+        let (place, help) = (self.place.as_deref(), self.help.as_deref());
+        let message = excerpt::message(Level::ERROR, None, &self.message, place, help);
         // If it cannot be printed, there is still the code.
-        let _ = writeln!(io::stderr(), "{:?}", Report::new(self));
+        let _ = writeln!(anstream::stderr(), "{message}");
         code
     }
 }
@@ -105,32 +106,8 @@ impl From<vimc4::Error> for Failure {
         Failure {
             message: text::shown(&message),
             help: Some(text::shown(&profile.error.help)),
-            place: Some(Box::new((NamedSource::new(name, text), SourceSpan::from(span)))),
+            place: Some(Box::new(Excerpt::around(name, &text, span))),
             code: 2,
         }
     }
-}
-
-impl Diagnostic for Failure {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn std::fmt::Display>)
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|place| &place.0 as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.place.as_deref()?;
-        let label = LabeledSpan::new_with_span(Some("here".to_owned()), *span);
-        Some(Box::new(std::iter::once(label)))
-    }
-}
-
-/// Long paths and remedies stay on one line, so that they can be copied and searched for.
-pub(crate) fn install() {
-    // It fails only if another one is installed, and none is.
-    let _ = miette::set_hook(Box::new(|_| {
-        Box::new(MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
-    }));
 }

@@ -16,6 +16,7 @@ mod deferred;
 mod doctor;
 mod drawing;
 mod endings;
+mod excerpt;
 mod failure;
 mod framing;
 mod here;
@@ -155,7 +156,6 @@ enum Tool {
 }
 
 fn main() -> ExitCode {
-    failure::install();
     completions::answer(Arguments::command);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,

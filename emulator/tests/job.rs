@@ -176,7 +176,7 @@ fn check_says_everything_and_where() {
     assert_eq!(json["diagnostics"][1]["column"], 12);
 
     let (out, _) = ends(&folder, &["ncp", "check", "job.ncp"], 1);
-    assert!(out.contains("[job.ncp:4:12]") && out.contains("4 │ MOVEABS X5 Q7"), "{out}");
+    assert!(out.contains("--> job.ncp:4:12") && out.contains("4 | MOVEABS X5 Q7"), "{out}");
 
     // What may move something is not left out.
     let lenient = ["ncp", "check", "job.ncp", "--format", "short", "--lenient"];
@@ -223,7 +223,7 @@ fn an_error_reply_names_the_line() {
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     emulator.hold(Button::EmergencyStop).unwrap();
     let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
-    assert!(err.contains("answered 9") && err.contains("[job.ncp:2:1]"), "{err}");
+    assert!(err.contains("answered 9") && err.contains("--> job.ncp:2:1"), "{err}");
 }
 
 #[test]
@@ -302,7 +302,7 @@ fn ctrl_c_brakes_and_says_where() {
     assert_ne!(output.status.code(), Some(0));
     let place = format!("at X {:.3} mm, Y 0.000 mm", x() as f64 * 0.0125);
     assert!(err.contains("come to rest along its ramp") && err.contains(&place), "{err} {place}");
-    assert!(err.contains("[job.ncp:3:1]"), "{err}");
+    assert!(err.contains("--> job.ncp:3:1"), "{err}");
 }
 
 #[test]
@@ -341,7 +341,7 @@ fn questions_and_waits() {
 
     // A stored program has nobody to ask, and says so.
     let (_, err) = ends(&folder, &["ncp", "compile", "job.ncp"], 1);
-    assert!(err.contains("no-operator") && err.contains("[job.ncp:3:1]"), "{err}");
+    assert!(err.contains("no-operator") && err.contains("--> job.ncp:3:1"), "{err}");
 }
 
 /// A terminal that somebody types at: what they type into, and the end for the program.
@@ -1013,7 +1013,7 @@ fn a_plot_ends_with_its_error_and_the_next_is_taken() {
         let err = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{err}");
         assert!(
-            err.contains("the controller answered E") && err.contains("[plot.plt:3:1]"),
+            err.contains("the controller answered E") && err.contains("--> plot.plt:3:1"),
             "{err}"
         );
         // Whatever state that has left, the next one is taken.
@@ -1568,7 +1568,7 @@ fn lines_are_counted_as_editors_count_them() {
         let list = ["@03", "@0A500,900,0,21", "@0Q5", "@0P"].join(end);
         fs::write(folder.join("list.txt"), list).unwrap();
         let (_, err) = ends(&folder, &["send", "list.txt", "--to", "nowhere"], 1);
-        assert!(err.contains(&format!("[list.txt:{line}:1]")) && err.contains("@0Q5"), "{err}");
+        assert!(err.contains(&format!("--> list.txt:{line}:1")) && err.contains("@0Q5"), "{err}");
     }
 }
 
@@ -1622,7 +1622,7 @@ fn a_stopped_reference_run_is_no_reference() {
         writeln!(typist.terminal, "{typed}").unwrap();
         let (out, err) = typist.ends(1);
         assert!(err.contains("the reference run was stopped, so its reference is false"), "{err}");
-        assert!(err.contains("[job.ncp:2:1]") && !err.contains(" at X "), "{err}");
+        assert!(err.contains("--> job.ncp:2:1") && !err.contains(" at X "), "{err}");
         assert!(err.contains("--from 2 goes on with that line, after reference runs"), "{err}");
         assert!(out.is_empty() && !sent(&emulator).iter().any(|sent| sent.starts_with("@0A")));
     }

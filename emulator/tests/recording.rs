@@ -397,7 +397,7 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
         assert!(errors.contains(message), "{message}: {errors}");
         // And the line itself is shown.
         let line = message.split(':').next().unwrap().trim_start_matches("line ");
-        assert!(errors.contains(&format!("{line} │ ")), "{message}: {errors}");
+        assert!(errors.contains(&format!("{line} | ")), "{message}: {errors}");
     }
     // A state that none can be in leads nowhere; it is said, whatever comes of it.
     for (old, new) in [

@@ -43,7 +43,7 @@ export async function compile(): Promise<void> {
     const found = problems(err);
     if (code !== 0) {
         const errors = found?.filter(({ severity }) => severity === "error");
-        const why = errors ? told(errors) : err.replace(/^\s*×/, "").trim().split(/\s*\n\s*/).join(" ");
+        const why = errors ? told(errors) : err.replace(/^error: /, "").trim().split(/\s*\n\s*/).join(" ");
         void vscode.window.showErrorMessage(`It does not compile: ${why}`);
         return;
     }

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
     let site = job.site()?;
     let text = job.text()?;
-    let mut problems = Problems::new(job, &text, arguments.format, Box::new(io::stdout()));
+    let mut problems = Problems::new(job, &text, arguments.format, Box::new(anstream::stdout()));
     let summary = check(&text, &site.target, job.options.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
@@ -91,7 +91,7 @@ fn judge(
     counts: &dyn Fn(&Diagnostic) -> bool,
 ) -> Result<(), Failure> {
     let name = job.name();
-    let mut problems = Problems::new(job, text, Format::Full, Box::new(io::stderr()));
+    let mut problems = Problems::new(job, text, Format::Full, Box::new(anstream::stderr()));
     check(text, &site.target, job.options.reading.options(), &mut |diagnostic| {
         if counts(&diagnostic) {
             problems.show(diagnostic);

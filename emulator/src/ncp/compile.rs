@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let site = job.site()?;
     let text = job.text()?;
     let name = job.name();
-    let mut problems = Problems::new(job, &text, arguments.format, Box::new(io::stderr()));
+    let mut problems = Problems::new(job, &text, arguments.format, Box::new(anstream::stderr()));
     let options = Options {
         leave_out_tools: arguments.leave_out_tool_changes,
         ..job.options.reading.options()

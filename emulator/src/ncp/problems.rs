@@ -1,14 +1,14 @@
 //! Showing the problems of a job file.
 
 use std::io::{self, BufWriter, Write};
-use std::ops::Range;
 
-use miette::{LabeledSpan, MietteSpanContents, Report, SourceCode, SourceSpan, SpanContents};
+use annotate_snippets::Level;
 use serde_json::{Value, json};
 use vimc4_ncp::job::Summary;
 use vimc4_ncp::language::{self, Lines, lines};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
+use crate::excerpt::{self, Excerpt};
 use crate::failure::Failure;
 use crate::job::source::{JobArguments, Reading};
 use crate::output;
@@ -119,12 +119,19 @@ impl<'t> Problems<'t> {
         severity: Severity,
         line: &str,
     ) -> io::Result<()> {
-        let picture = Picture {
-            diagnostic: *diagnostic,
-            severity,
-            source: OneLine::new(self.name.clone(), diagnostic, line),
+        let level = match severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+            Severity::Note => Level::NOTE,
         };
-        writeln!(self.out, "{:?}", Report::new(picture))
+        let problem = diagnostic.problem;
+        let left_out = left_out(diagnostic, severity).map(str::to_owned);
+        let help: Vec<String> = problem.help().into_iter().chain(left_out).collect();
+        let help = (!help.is_empty()).then(|| help.join("; "));
+        let place = excerpt_of_line(self.name.clone(), diagnostic, line);
+        let (code, text) = (problem.code(), problem.to_string());
+        let message = excerpt::message(level, Some(code), &text, Some(&place), help.as_deref());
+        writeln!(self.out, "{message}\n")
     }
 
     fn short(&mut self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> io::Result<()> {
@@ -245,101 +252,23 @@ fn column(diagnostic: &Diagnostic, line: &str) -> usize {
     1 + if before.is_ascii() { before.len() } else { before.chars().count() }
 }
 
-/// A diagnostic as it is drawn.
-#[derive(Debug)]
-struct Picture {
-    diagnostic: Diagnostic,
-    severity: Severity,
-    source: OneLine,
-}
+/// How many characters of a line are shown before and behind a place, and how many of the place.
+const AROUND: usize = 80;
+const INSIDE: usize = 60;
 
-impl std::fmt::Display for Picture {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.diagnostic.problem.fmt(f)
-    }
-}
-
-impl std::error::Error for Picture {}
-
-impl miette::Diagnostic for Picture {
-    fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        Some(Box::new(self.diagnostic.problem.code()))
-    }
-
-    fn severity(&self) -> Option<miette::Severity> {
-        Some(match self.severity {
-            Severity::Error => miette::Severity::Error,
-            Severity::Warning => miette::Severity::Warning,
-            Severity::Note => miette::Severity::Advice,
-        })
-    }
-
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        let help = self.diagnostic.problem.help();
-        let left_out = left_out(&self.diagnostic, self.severity).map(str::to_owned);
-        let said: Vec<String> = help.into_iter().chain(left_out).collect();
-        (!said.is_empty()).then(|| Box::new(said.join("; ")) as Box<dyn std::fmt::Display>)
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(&self.source)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_with_span(None, SourceSpan::from(self.source.span.clone()));
-        Some(Box::new(std::iter::once(label)))
-    }
-}
-
-/// One line of a file. A whole file would be looked through for every picture.
-#[derive(Debug)]
-struct OneLine {
-    name: String,
-    /// Its number, from 1.
-    line: u32,
-    text: String,
-    /// What it is about.
-    span: Range<usize>,
-}
-
-impl OneLine {
-    /// So many characters are shown before and behind the place, and so many of it.
-    const AROUND: usize = 80;
-    const INSIDE: usize = 60;
-
-    /// The place and what is around it, in characters that a terminal shows.
-    fn new(name: String, diagnostic: &Diagnostic, line: &str) -> OneLine {
-        let range = diagnostic.span.range();
-        let before = line.get(..range.start).unwrap_or(line);
-        let inside = line.get(range.start..range.end).unwrap_or_default();
-        let behind = line.get(range.end.max(range.start)..).unwrap_or_default();
-        let skipped = before.chars().count().saturating_sub(Self::AROUND);
-        let ellipsis = if skipped > 0 { "…" } else { "" };
-        let before: String = before.chars().skip(skipped).collect();
-        let mut text = format!("{ellipsis}{}", shown_in_line(&before));
-        let start = text.len();
-        text += &shown_in_line(&shortened(inside, Self::INSIDE));
-        let end = text.len();
-        text += &shown_in_line(&shortened(behind, Self::AROUND));
-        OneLine { name, line: diagnostic.line, text, span: start..end }
-    }
-}
-
-impl SourceCode for OneLine {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        before: usize,
-        after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, miette::MietteError> {
-        let contents = self.text.read_span(span, before, after)?;
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.name.clone(),
-            contents.data(),
-            *contents.span(),
-            self.line.saturating_sub(1) as usize,
-            contents.column(),
-            contents.line_count(),
-        )))
-    }
+/// The place of a problem and what is around it, in characters that a terminal shows.
+fn excerpt_of_line(name: String, diagnostic: &Diagnostic, line: &str) -> Excerpt {
+    let range = diagnostic.span.range();
+    let before = line.get(..range.start).unwrap_or(line);
+    let inside = line.get(range.start..range.end).unwrap_or_default();
+    let behind = line.get(range.end.max(range.start)..).unwrap_or_default();
+    let skipped = before.chars().count().saturating_sub(AROUND);
+    let ellipsis = if skipped > 0 { "…" } else { "" };
+    let before: String = before.chars().skip(skipped).collect();
+    let mut text = format!("{ellipsis}{}", shown_in_line(&before));
+    let start = text.len();
+    text += &shown_in_line(&shortened(inside, INSIDE));
+    let end = text.len();
+    text += &shown_in_line(&shortened(behind, AROUND));
+    Excerpt { name, text, line: diagnostic.line as usize, span: start..end }
 }
