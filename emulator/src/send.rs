@@ -116,133 +116,199 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let bytes = arguments.job.bytes()?;
     history::no_recording(&arguments.job.file, &bytes)?;
     arguments.job.setup.heed(&arguments.job.file, &bytes)?;
-    let arguments = &arguments;
-    let job = &arguments.job;
-    let text = file::decoded(&bytes);
-    let name = job.name();
-    let model = vimc4::model(job.setup.model())?;
+    let name = arguments.job.name();
+    let model = vimc4::model(arguments.job.setup.model())?;
     file::no_g_code(&name, &bytes)?;
     let handling = Handling::of(&model);
     // Who named no model may have the right controller.
     suits(&name, &bytes, &handling)
         .map_err(|why| Failure::usage(format!("{why}, with --model")))?;
     readable(&name, &bytes, &handling).map_err(Failure::usage)?;
-    if handling.takes_stream {
-        not_for(job_options(arguments), &name, "plot file")?;
-        let machine = vimc4::machine(job.setup.machine())?;
-        let work = plot::work(&name, &bytes, &text, &handling)?;
-        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
-        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
-        sending.what = What::Plot;
-        sending.agree(&rehearsal, None)?;
-        return sending.run(work, rehearsal);
-    }
-    let mut site = job.site()?;
-    // Where a WPTEACH stands before the line to go on with, the zero is the one found there.
-    let found = match arguments.from {
-        Some(line) if beginning::is_taught(&text, line) => job.options.zeros.zero,
-        _ => None,
-    };
-    if found.is_some() {
-        site = Site::new(job.setup.model(), job.setup.machine())?;
-        Zeros { zero: None, ..job.options.zeros.clone() }.set(&mut site)?;
-    }
-    let machine = Arc::clone(&site.machine);
-    let list = command_list(arguments, &bytes, &handling)?;
-    let stores = matches!(list, Some((_, What::Stored)));
-    if arguments.erase && !stores {
-        return Err(Failure::usage(format!(
-            "--erase is for data fields, and {name} is none; leave it out"
-        )));
-    }
-    if let Some((mut list, what)) = list {
-        if arguments.erase {
-            let without = |how| {
-                let model = model.name();
-                Failure::usage(format!("the model {model} has no command that erases{how}"))
-            };
-            match handling.erasing {
-                Erasing::Command(line) => list.insert(0, (0, format!("{line}\r").into_bytes())),
-                Erasing::Panel(how) => return Err(without(format!("; {how}"))),
-                Erasing::Nothing => return Err(without(String::new())),
-            }
+    let text = file::decoded(&bytes);
+    SentFile { arguments: &arguments, bytes: &bytes, text: &text, name, model, handling }.send()
+}
+
+/// The file to send, and the model it is for.
+struct SentFile<'a> {
+    arguments: &'a Arguments,
+    bytes: &'a [u8],
+    text: &'a str,
+    name: String,
+    model: Model,
+    handling: Handling,
+}
+
+impl SentFile<'_> {
+    fn send(&self) -> Result<ExitCode, Failure> {
+        let SentFile { arguments, bytes, text, name, handling, .. } = self;
+        if handling.takes_stream {
+            not_for(job_options(arguments), name, "plot file")?;
+            let machine = vimc4::machine(arguments.job.setup.machine())?;
+            return self.send_whole(plot::work(name, bytes, text, handling)?, What::Plot, &machine);
         }
-        let work = Work::List(list.into_iter());
-        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
-        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+        let (site, found) = self.site()?;
+        let list = command_list(arguments, bytes, handling)?;
+        let stores = matches!(list, Some((_, What::Stored)));
+        if arguments.erase && !stores {
+            return Err(Failure::usage(format!(
+                "--erase is for data fields, and {name} is none; leave it out"
+            )));
+        }
+        let Some((mut list, what)) = list else { return self.send_job(site, found) };
+        if arguments.erase {
+            list.insert(0, (0, self.erasing()?));
+        }
+        self.send_whole(Work::List(list.into_iter()), what, &site.machine)
+    }
+
+    /// Sends something that needs nothing from the controller first.
+    fn send_whole(
+        &self,
+        work: Work<'_>,
+        what: What,
+        machine: &Arc<Machine>,
+    ) -> Result<ExitCode, Failure> {
+        let rehearsal = self.rehearse(&work, machine, Point::default())?;
+        let mut sending = Sending::open(self.arguments, &self.model, machine, self.text)?;
         sending.what = what;
         sending.agree(&rehearsal, None)?;
-        return sending.run(work, rehearsal);
+        sending.run(work, rehearsal)
     }
-    if arguments.teach && job.options.reading.no_ref {
-        return Err(Failure::usage(
-            "--teach finds the zero from the reference point, and --no-ref takes the present place \
-             for it; leave one of them out",
-        ));
-    }
-    match arguments.teach {
-        true => check::before_zero(job, &site, &text)?,
-        false => check::before(job, &site, &text)?,
-    }
-    let options = job.options.reading.options();
-    if arguments.from.is_none() && !arguments.teach {
-        let work = Work::Job(Box::new(Job::new(&text, &site.target, options)));
-        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
-        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
-        sending.agree(&rehearsal, None)?;
-        return sending.run(work, rehearsal);
-    }
-    let mut sending = Sending::open(arguments, &model, &machine, &text)?;
-    if arguments.teach {
-        sending.teach(&mut site)?;
-        check::before(job, &site, &text)?;
-    }
-    let (work, here, told) = match arguments.from {
-        Some(line) => {
-            let here = sending.counters()?;
-            // Without a reference run the counters count only if the operator says so.
-            let named = |axis: usize| {
-                job.options.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
-            };
-            let mut from = here;
-            let untold =
-                (0..from.len()).filter(|axis| !machine.has_reference(*axis) && !named(*axis));
-            untold.for_each(|axis| from[axis] = 0);
-            let resume = |from| {
-                beginning::resumed(&text, &site.target, options, line, from, found)
-                    .map_err(|why| no_resumption(line, &why, &name, &text))
-            };
-            let (mut work, mut resumption) = resume(from)?;
-            // Where only the present place counts, axes without further information stay.
-            if job.options.reading.no_ref && resumption.referenced.is_empty() && !resumption.told {
-                let unnamed = (0..from.len()).filter(|axis| !named(*axis));
-                unnamed.for_each(|axis| from[axis] = 0);
-                (work, resumption) = resume(from)?;
-            }
-            let unknown = resumption.unknown.iter().filter(|axis| !named(*axis));
-            let unknown: Vec<&str> = unknown.map(|axis| model.axis_names()[axis]).collect();
-            if !unknown.is_empty() {
-                return Err(Failure::usage(unknown_place(line, &unknown, &model)));
-            }
-            if job.options.reading.no_ref && resumption.told && sending.knows_no_axes()? {
-                return Err(Failure::usage(format!(
-                    "the controller knows of no axes: it was switched on or reset since the job has \
-                     referenced them, and does not count from there any more; nothing has moved: \
-                     without --no-ref, --from {line} references them again"
-                )));
-            }
-            let told = beginning::describe(&resumption, &model, &machine);
-            // Where reference runs come first, they are what brings a machine to its counters.
-            let mut here = here;
-            resumption.referenced.iter().for_each(|axis| here[axis] = 0);
-            (work, here, Some(told))
+
+    /// Sends a job, from its beginning or from a later line.
+    fn send_job(&self, mut site: Site, found: Option<Zero>) -> Result<ExitCode, Failure> {
+        let Arguments { job, teach, from, .. } = self.arguments;
+        let machine = Arc::clone(&site.machine);
+        if *teach && job.options.reading.no_ref {
+            return Err(Failure::usage(
+                "--teach finds the zero from the reference point, and --no-ref takes the present \
+                 place for it; leave one of them out",
+            ));
         }
-        None => (Job::new(&text, &site.target, options), Point::default(), None),
-    };
-    let work = Work::Job(Box::new(work));
-    let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, here)?;
-    sending.agree(&rehearsal, told.as_deref())?;
-    sending.run(work, rehearsal)
+        match teach {
+            true => check::before_zero(job, &site, self.text)?,
+            false => check::before(job, &site, self.text)?,
+        }
+        let options = job.options.reading.options();
+        if from.is_none() && !teach {
+            let work = Work::Job(Box::new(Job::new(self.text, &site.target, options)));
+            return self.send_whole(work, What::Job, &machine);
+        }
+        let mut sending = Sending::open(self.arguments, &self.model, &machine, self.text)?;
+        if *teach {
+            sending.teach(&mut site)?;
+            check::before(job, &site, self.text)?;
+        }
+        let (work, here, told) = match from {
+            Some(line) => self.resume(&mut sending, &site, *line, found)?,
+            None => (Job::new(self.text, &site.target, options), Point::default(), None),
+        };
+        let work = Work::Job(Box::new(work));
+        let rehearsal = self.rehearse(&work, &machine, here)?;
+        sending.agree(&rehearsal, told.as_deref())?;
+        sending.run(work, rehearsal)
+    }
+
+    /// A job from a later line on, where its axes are then, and what is to be said of it.
+    fn resume<'t>(
+        &'t self,
+        sending: &mut Sending<'_>,
+        site: &'t Site,
+        line: u32,
+        found: Option<Zero>,
+    ) -> Result<(Job<'t>, Point, Option<String>), Failure> {
+        let (options, model, machine) = (&self.arguments.job.options, &self.model, &site.machine);
+        let no_ref = options.reading.no_ref;
+        let mut here = sending.counters()?;
+        // Without a reference run the counters count only if the operator says so.
+        let named = |axis: usize| {
+            options.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
+        };
+        let mut from = here;
+        let untold = (0..from.len()).filter(|axis| !machine.has_reference(*axis) && !named(*axis));
+        untold.for_each(|axis| from[axis] = 0);
+        let resume = |from| {
+            beginning::resumed(
+                self.text,
+                &site.target,
+                options.reading.options(),
+                line,
+                from,
+                found,
+            )
+            .map_err(|why| no_resumption(line, &why, &self.name, self.text))
+        };
+        let (mut work, mut resumption) = resume(from)?;
+        // Where only the present place counts, axes without further information stay.
+        if no_ref && resumption.referenced.is_empty() && !resumption.told {
+            let unnamed = (0..from.len()).filter(|axis| !named(*axis));
+            unnamed.for_each(|axis| from[axis] = 0);
+            (work, resumption) = resume(from)?;
+        }
+        let unknown = resumption.unknown.iter().filter(|axis| !named(*axis));
+        let unknown: Vec<&str> = unknown.map(|axis| model.axis_names()[axis]).collect();
+        if !unknown.is_empty() {
+            return Err(Failure::usage(unknown_place(line, &unknown, model)));
+        }
+        if no_ref && resumption.told && sending.knows_no_axes()? {
+            return Err(Failure::usage(format!(
+                "the controller knows of no axes: it was switched on or reset since the job has \
+                 referenced them, and does not count from there any more; nothing has moved: \
+                 without --no-ref, --from {line} references them again"
+            )));
+        }
+        let told = beginning::describe(&resumption, model, machine);
+        // Where reference runs come first, they are what brings a machine to its counters.
+        resumption.referenced.iter().for_each(|axis| here[axis] = 0);
+        Ok((work, here, Some(told)))
+    }
+
+    /// Where the file is sent, and the work-piece zero that is set for a WPTEACH before the line to
+    /// go on with: the one found there.
+    fn site(&self) -> Result<(Site, Option<Zero>), Failure> {
+        let job = &self.arguments.job;
+        let mut site = job.site()?;
+        let found = match self.arguments.from {
+            Some(line) if beginning::is_taught(self.text, line) => job.options.zeros.zero,
+            _ => None,
+        };
+        if found.is_some() {
+            site = Site::new(job.setup.model(), job.setup.machine())?;
+            Zeros { zero: None, ..job.options.zeros.clone() }.set(&mut site)?;
+        }
+        Ok((site, found))
+    }
+
+    /// The command that erases a stored program.
+    fn erasing(&self) -> Result<Vec<u8>, Failure> {
+        let how = match self.handling.erasing {
+            Erasing::Command(line) => return Ok(format!("{line}\r").into_bytes()),
+            Erasing::Panel(how) => format!("; {how}"),
+            Erasing::Nothing => String::new(),
+        };
+        let model = self.model.name();
+        Err(Failure::usage(format!("the model {model} has no command that erases{how}")))
+    }
+
+    /// What a job does on a virtual controller; an error if it would not carry it out.
+    fn rehearse(
+        &self,
+        work: &Work<'_>,
+        machine: &Arc<Machine>,
+        here: Point,
+    ) -> Result<Rehearsal, Failure> {
+        let rehearsal = rehearse(work, &self.model, machine, here)?;
+        let Arguments { job, refused_too, .. } = self.arguments;
+        let list = matches!(work, Work::List(_)).then_some(Nevertheless(*refused_too));
+        if let Some(failure) = rehearsal.objection(&self.name, self.text, list) {
+            let goes_on = list.map_or(job.options.reading.lenient, |Nevertheless(goes_on)| goes_on);
+            if !goes_on {
+                return Err(failure);
+            }
+            failure.report();
+        }
+        Ok(rehearsal)
+    }
 }
 
 /// The options that only jobs have.
@@ -281,28 +347,6 @@ fn no_resumption(line: u32, why: &NoResumption, name: &str, text: &str) -> Failu
         NoResumption::Beyond(_) => line,
     };
     Failure::at_line(format!("the job cannot go on with line {line}: {why}"), name, text, place)
-}
-
-/// What a job does on a virtual controller; an error if it would not carry it out.
-fn rehearsed(
-    arguments: &Arguments,
-    work: &Work<'_>,
-    model: &Model,
-    machine: &Arc<Machine>,
-    text: &str,
-    here: Point,
-) -> Result<Rehearsal, Failure> {
-    let rehearsal = rehearse(work, model, machine, here)?;
-    let list = matches!(work, Work::List(_)).then_some(Nevertheless(arguments.refused_too));
-    if let Some(failure) = rehearsal.objection(&arguments.job.name(), text, list) {
-        let goes_on =
-            list.map_or(arguments.job.options.reading.lenient, |Nevertheless(goes_on)| goes_on);
-        if !goes_on {
-            return Err(failure);
-        }
-        failure.report();
-    }
-    Ok(rehearsal)
 }
 
 /// A controller's own identification, for people: a clause.
@@ -901,151 +945,143 @@ impl<'a> Sending<'a> {
             self.link.axes().distrust(Doubt::FalseReference);
         }
         let halted = match broken {
-            Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
+            Broken::Port(PortError::Interrupted) => self.link.halt(),
             Broken::Strange { .. } | Broken::Early { .. } => {
                 self.link.brake();
-                None
+                Halted::NothingMoved
             }
-            Broken::Restless => Some(Halted::NoAnswer),
-            Broken::Mute
-            | Broken::Forgotten
-            | Broken::Silent
-            | Broken::Port(PortError::Gone(_)) => None,
+            Broken::Restless => Halted::NoAnswer,
+            _ => Halted::NothingMoved,
         };
-        let stop = self.handling.stop.map(|stop| format!("{} was sent", stop.name));
-        let and_stop = stop.as_ref().map(|stop| format!(", and {stop}")).unwrap_or_default();
-        if stop.is_some() && halted == Some(Halted::NoAnswer) {
+        if self.handling.stop.is_some() && halted == Halted::NoAnswer {
             self.link.axes().distrust(Doubt::Reset);
         }
         self.clear();
-        let line = self.link.line();
-        let name = self.arguments.job.name();
-        let place = match broken {
-            Broken::Port(PortError::Interrupted)
-            | Broken::Restless
-            | Broken::Mute
-            | Broken::Forgotten => self.place(),
-            _ => String::new(),
-        };
-        let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
-        if !matches!(broken, Broken::Silent) {
-            self.tell_onward(line);
-        }
-        match broken {
-            Broken::Silent => Failure::usage(format!(
+        if matches!(broken, Broken::Silent) {
+            return Failure::usage(format!(
                 "nothing answers at {}; check that it is the right port, that the controller is on, \
                  and the speed of the line",
                 self.link.name()
-            )),
-            Broken::Port(PortError::Interrupted) | Broken::Restless => {
-                let rests = halted == Some(Halted::Rests);
-                let halted = match (stop, halted) {
-                    (Some(stop), Some(Halted::Refused(answer))) => {
-                        let sent = self.link.sent();
-                        let refusal = refusal(&self.handling, sent, &answer).replace("; ", ", ");
-                        format!("{stop}, and the controller answered {refusal} to {}", shown(sent))
-                    }
-                    (Some(stop), Some(Halted::Rests)) => {
-                        format!("{stop}, and the motion has come to rest along its ramp")
-                    }
-                    (Some(stop), Some(Halted::NothingMoved)) => {
-                        format!("{stop}, and nothing was moving")
-                    }
-                    (Some(stop), Some(Halted::NoAnswer) | None) => format!(
-                        "{stop}, and there is no answer: it may still be moving, so use the \
-                         emergency stop"
-                    ),
-                    (None, _) => self.handling.halting.to_owned(),
-                };
-                let is_false = self.link.axes().doubt() == Some(Doubt::FalseReference);
-                let halted = match (is_false, rests) {
-                    (true, true) => {
-                        format!("the reference run has ended, and its reference is false{REPEATED}")
-                    }
-                    (true, false) => {
-                        format!("{halted}; the reference of this run is false{REPEATED}")
-                    }
-                    (false, _) => halted,
-                };
-                let ended = match broken {
-                    Broken::Restless => "ended",
-                    _ => "interrupted",
-                };
-                let message = format!("{ended}: {halted}{place}; {STILL_ON}{onward}");
-                Failure::at_line(message, &name, self.text, line)
+            ));
+        }
+        let place = match broken {
+            Broken::Port(PortError::Gone(_)) | Broken::Strange { .. } | Broken::Early { .. } => {
+                String::new()
             }
-            Broken::Forgotten => Failure::at_line(
-                format!(
-                    "the controller does not count as it did when the axes came to rest: it has lost \
-                     its power, or met an emergency stop{place}; the job has ended there; \
-                     {STILL_ON}, unless the machine has cut it{onward}"
-                ),
-                &name,
-                self.text,
-                line,
-            ),
-            Broken::Mute => Failure::at_line(
-                format!(
-                    "the controller does not answer any more: it may have lost its power, or its \
-                     line{place}; the job has ended there; {STILL_ON}, unless the machine has cut \
-                     it{onward}"
-                ),
-                &name,
-                self.text,
-                line,
+            _ => self.place(),
+        };
+        let line = self.link.line();
+        let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
+        self.tell_onward(line);
+        let message = match broken {
+            Broken::Port(PortError::Interrupted) => {
+                format!("interrupted: {}{place}; {STILL_ON}", self.halted(&halted))
+            }
+            Broken::Restless => format!("ended: {}{place}; {STILL_ON}", self.halted(&halted)),
+            _ => {
+                let (cause, remedy) = self.break_off(&broken);
+                format!("{cause}{place}; the job has ended there{remedy}")
+            }
+        };
+        let name = self.arguments.job.name();
+        Failure::at_line(format!("{message}{onward}"), &name, self.text, line)
+    }
+
+    /// What has ended a job, and what follows from it at the machine.
+    fn break_off(&self, broken: &Broken) -> (String, String) {
+        let stop = self.handling.stop.map(|stop| format!(", and {} was sent", stop.name));
+        let and_stop = stop.unwrap_or_default();
+        let cut = format!("; {STILL_ON}, unless the machine has cut it");
+        match broken {
+            Broken::Forgotten => (
+                "the controller does not count as it did when the axes came to rest: it has lost its \
+                 power, or met an emergency stop"
+                    .to_owned(),
+                cut,
             ),
             Broken::Strange { sent, said } => {
-                let answered = vimc4_device::said(&said);
-                let answered = match answered.is_empty() {
-                    true => vimc4_device::escape(&said),
-                    false => answered,
+                let answered = match vimc4_device::said(said) {
+                    answered if answered.is_empty() => vimc4_device::escape(said),
+                    answered => answered,
                 };
                 let to = match sent.is_empty() {
                     true => "without being asked".to_owned(),
-                    false => format!("to {}", shown(&sent)),
+                    false => format!("to {}", shown(sent)),
                 };
-                let message = format!(
-                    "the controller answered `{answered}` {to}, which is not an answer of the model {}; \
-                     the job has ended there{and_stop}, but what moves may still be moving: \
-                     use the emergency stop if it does; {STILL_ON}{onward}",
-                    self.model.name()
-                );
-                Failure::at_line(message, &name, self.text, line)
+                let model = self.model.name();
+                (
+                    format!(
+                        "the controller answered `{answered}` {to}, which is not an answer of the \
+                         model {model}"
+                    ),
+                    format!(
+                        "{and_stop}, but what moves may still be moving: use the emergency stop if it \
+                         does; {STILL_ON}"
+                    ),
+                )
             }
-            Broken::Early { sent, took, takes, is_reference: true } => {
-                let message = format!(
-                    "the controller says that {} is done after {:.1} s, and from where the axes were \
-                     that run takes {:.1} s: STOP at the panel may have stood in for the switch, and \
-                     then the reference is false, and where the axes are is not known; the job has \
-                     ended there{and_stop}; where it is another speed of the axes, there is \
-                     --any-time; {STILL_ON}{onward}",
-                    shown(&sent),
-                    took.as_secs_f64(),
-                    takes.as_secs_f64()
-                );
-                Failure::at_line(message, &name, self.text, line)
+            Broken::Early { sent, took, takes, is_reference } => {
+                let (sent, took, takes) = (shown(sent), took.as_secs_f64(), takes.as_secs_f64());
+                let done = format!("the controller says that {sent} is done after {took:.1} s, and");
+                match is_reference {
+                    true => (
+                        format!(
+                            "{done} from where the axes were that run takes {takes:.1} s: STOP at the \
+                             panel may have stood in for the switch, and then the reference is false, \
+                             and where the axes are is not known"
+                        ),
+                        format!(
+                            "{and_stop}; where it is another speed of the axes, there is --any-time; \
+                             {STILL_ON}"
+                        ),
+                    ),
+                    false => (
+                        format!("{done} that motion takes {takes:.1} s"),
+                        format!(
+                            "{and_stop}: this is another controller, or another speed of its line or \
+                             its axes, or a virtual one in faster time, for which there is --any-time"
+                        ),
+                    ),
+                }
             }
-            Broken::Early { sent, took, takes, is_reference: false } => {
-                let message = format!(
-                    "the controller says that {} is done after {:.1} s, and that motion takes {:.1} \
-                     s; the job has ended there{and_stop}: this is another controller, or \
-                     another speed of its line or its axes, or a virtual one in faster time, for \
-                     which there is --any-time{onward}",
-                    shown(&sent),
-                    took.as_secs_f64(),
-                    takes.as_secs_f64()
-                );
-                Failure::at_line(message, &name, self.text, line)
+            Broken::Port(PortError::Gone(why)) => {
+                (format!("{} is gone: {why}", self.link.name()), format!("; {STILL_ON}"))
             }
-            Broken::Port(PortError::Gone(why)) => Failure::at_line(
-                format!(
-                    "{} is gone: {why}; the job has ended there; {STILL_ON}{onward}",
-                    self.link.name()
-                ),
-                &name,
-                self.text,
-                line,
+            _ => (
+                "the controller does not answer any more: it may have lost its power, or its line"
+                    .to_owned(),
+                cut,
             ),
+        }
+    }
+
+    /// What came of halting the machine.
+    fn halted(&mut self, halted: &Halted) -> String {
+        let text = match (self.handling.stop, halted) {
+            (None, _) => self.handling.halting.to_owned(),
+            (Some(stop), Halted::Refused(answer)) => {
+                let sent = self.link.sent();
+                let refusal = refusal(&self.handling, sent, answer).replace("; ", ", ");
+                let sent = shown(sent);
+                format!("{} was sent, and the controller answered {refusal} to {sent}", stop.name)
+            }
+            (Some(stop), halted) => {
+                let what = match halted {
+                    Halted::Rests => "the motion has come to rest along its ramp",
+                    Halted::NothingMoved => "nothing was moving",
+                    _ => "there is no answer: it may still be moving, so use the emergency stop",
+                };
+                format!("{} was sent, and {what}", stop.name)
+            }
+        };
+        match (self.link.axes().doubt(), halted) {
+            (Some(Doubt::FalseReference), Halted::Rests) => {
+                format!("the reference run has ended, and its reference is false{REPEATED}")
+            }
+            (Some(Doubt::FalseReference), _) => {
+                format!("{text}; the reference of this run is false{REPEATED}")
+            }
+            _ => text,
         }
     }
 }

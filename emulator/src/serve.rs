@@ -16,7 +16,7 @@ use serde::Serialize;
 use tokio::runtime;
 use tokio::task::{spawn_blocking, yield_now};
 use tokio::time::timeout;
-use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
+use vimc4::{Builder, Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 use vimc4_timeline::recording::LineSort;
 
 use crate::answers::Answers;
@@ -441,49 +441,10 @@ pub(crate) async fn start(
     }
     for (number, worker) in (1..=count).zip(workers.iter().cycle()) {
         let several = (count > 1).then_some(number);
-        let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
-        let verbosity =
-            if arguments.verbose { Verbosity::Conversation } else { Verbosity::Warnings };
-        let mut builder = Emulator::builder()
+        let mut builder = builder(arguments, number, log)?
             .with_model(model.clone())
             .with_machine(Arc::clone(&machine))
-            .time(arguments.time)
-            .on(worker)
-            .tcp_clients(arguments.tcp_clients)
-            .line_pacing(arguments.line_pacing)
-            .line_physics(arguments.line_physics)
-            .fresh_clients(arguments.fresh_clients)
-            .record(false)
-            .coverage(arguments.coverage.is_some())
-            .name(number.to_string())
-            .sink(log.terminal(verbosity, prefix.clone()));
-        if arguments.log.is_some() {
-            builder = builder.sink(log.file(prefix));
-        }
-        if let Some(link) = link(arguments.pty.as_deref(), arguments.replace) {
-            builder = builder.pty(numbered(&link, several)).replace_link(arguments.replace);
-        }
-        if arguments.tcp != "none" {
-            builder = builder.tcp(counted_up(&arguments.tcp, number - 1)?);
-        }
-        if let Some(address) = &arguments.rfc2217 {
-            builder = builder.rfc2217(counted_up(address, number - 1)?);
-        }
-        if let Some(device) = arguments.serial.get(usize::from(number) - 1) {
-            builder = builder.serial(device);
-        }
-        if let Some(file) = &arguments.flash {
-            builder = builder.flash(of_flash(file, several)?);
-        }
-        if let Some(file) = &arguments.record {
-            let file = recording(file, in_name(file, several)?);
-            builder = builder.record(file).recorded_by("serve");
-            let log = log.clone();
-            builder = builder.on_recording_error(move |error| log.say(error));
-            if let Some(size) = arguments.record_size {
-                builder = builder.record_size(size);
-            }
-        }
+            .on(worker);
         if let Some(sheets) = sheets(&arguments.drawn, several).await? {
             let paced = arguments.line_pacing || arguments.line_physics;
             let sort = if paced { LineSort::Paced } else { LineSort::Ideal };
@@ -502,6 +463,51 @@ pub(crate) async fn start(
         yield_now().await;
     }
     Ok(())
+}
+
+/// One of several controllers as the arguments want it, with its ports and files.
+fn builder(arguments: &Arguments, number: u16, log: &Log) -> Result<Builder, Failure> {
+    let several = (arguments.count > 1).then_some(number);
+    let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
+    let verbosity = if arguments.verbose { Verbosity::Conversation } else { Verbosity::Warnings };
+    let mut builder = Emulator::builder()
+        .time(arguments.time)
+        .tcp_clients(arguments.tcp_clients)
+        .line_pacing(arguments.line_pacing)
+        .line_physics(arguments.line_physics)
+        .fresh_clients(arguments.fresh_clients)
+        .record(false)
+        .coverage(arguments.coverage.is_some())
+        .name(number.to_string())
+        .sink(log.terminal(verbosity, prefix.clone()));
+    if arguments.log.is_some() {
+        builder = builder.sink(log.file(prefix));
+    }
+    if let Some(link) = link(arguments.pty.as_deref(), arguments.replace) {
+        builder = builder.pty(numbered(&link, several)).replace_link(arguments.replace);
+    }
+    if arguments.tcp != "none" {
+        builder = builder.tcp(counted_up(&arguments.tcp, number - 1)?);
+    }
+    if let Some(address) = &arguments.rfc2217 {
+        builder = builder.rfc2217(counted_up(address, number - 1)?);
+    }
+    if let Some(device) = arguments.serial.get(usize::from(number) - 1) {
+        builder = builder.serial(device);
+    }
+    if let Some(file) = &arguments.flash {
+        builder = builder.flash(of_flash(file, several)?);
+    }
+    if let Some(file) = &arguments.record {
+        let file = recording(file, in_name(file, several)?);
+        builder = builder.record(file).recorded_by("serve");
+        let log = log.clone();
+        builder = builder.on_recording_error(move |error| log.say(error));
+        if let Some(size) = arguments.record_size {
+            builder = builder.record_size(size);
+        }
+    }
+    Ok(builder)
 }
 
 /// Opens what a controller is drawn on, which may wait for whoever reads a pipe: meanwhile the user may cancel.

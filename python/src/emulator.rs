@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vimc4::device::Device;
 use vimc4::{
-    BreakpointId, Clock, Condition, Control, ControlError, Effect, Emulator, FaultNumber,
+    BreakpointId, Builder, Clock, Condition, Control, ControlError, Effect, Emulator, FaultNumber,
     FaultStage, HostCommand, HostLines, Names, Order, Pause, RuleStage, Scenario, ScenarioNumber,
     Signal, SignalKind, SinkId, Step, Terminal, Time, Traffic, Trial, Unmet, Verbosity, Watched,
 };
@@ -64,6 +64,29 @@ struct Places {
     tcp: Option<SocketAddr>,
     rfc2217: Option<SocketAddr>,
     serial: Option<String>,
+}
+
+impl Places {
+    fn of(emulator: &Emulator) -> Places {
+        Places {
+            port: emulator.port().map(PathBuf::from),
+            tcp: emulator.tcp_addr(),
+            rfc2217: emulator.rfc2217_addr(),
+            serial: emulator.serial().map(str::to_owned),
+        }
+    }
+}
+
+/// Remembers the last lines of the conversation.
+fn remember(builder: Builder, conversation: &Arc<Mutex<VecDeque<String>>>) -> Builder {
+    let lines = Arc::clone(conversation);
+    builder.sink(Traffic::new(Verbosity::Conversation, move |line| {
+        let mut lines = lock(&lines);
+        if lines.len() == LINES {
+            lines.pop_front();
+        }
+        lines.push_back(line);
+    }))
 }
 
 /// The state of an emulator at one instant.
@@ -159,31 +182,19 @@ impl Core {
                 builder = builder.record_size(bytes);
             }
         }
-        let conversation = Arc::new(Mutex::new(VecDeque::new()));
+        let conversation = Arc::default();
         if record {
-            let lines = Arc::clone(&conversation);
-            builder = builder.sink(Traffic::new(Verbosity::Conversation, move |line| {
-                let mut lines = lock(&lines);
-                if lines.len() == LINES {
-                    lines.pop_front();
-                }
-                lines.push_back(line);
-            }));
+            builder = remember(builder, &conversation);
         }
         let given = tried.then(Given::default);
         if let Some(given) = &given {
             builder = builder.sink(given.clone());
         }
         let emulator = py.detach(|| builder.start()).map_err(|error| error::of(py, &error))?;
-        let places = Places {
-            port: emulator.port().map(PathBuf::from),
-            tcp: emulator.tcp_addr(),
-            rfc2217: emulator.rfc2217_addr(),
-            serial: emulator.serial().map(str::to_owned),
-        };
         Ok(Core {
             control: emulator.control().clone(),
             recording: emulator.recording().cloned(),
+            places: Places::of(&emulator),
             emulator: Mutex::new(Some(emulator)),
             watched: Mutex::default(),
             next: AtomicU64::new(1),
@@ -194,7 +205,6 @@ impl Core {
             names: OnceLock::new(),
             conversation,
             recording_errors,
-            places,
         })
     }
 

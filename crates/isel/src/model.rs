@@ -537,129 +537,114 @@ impl Model {
     }
 
     fn check(&self, text: &str) -> Result<(), ProfileError> {
-        let error = |table: &str, key: &str, message: String, help: &str| {
-            Err(ProfileError::about_key(text, table, key, message, help))
-        };
+        match self.wrong_number().or_else(|| self.wrong_wiring()) {
+            Some((table, key, message, help)) => {
+                Err(ProfileError::about_key(text, table, &key, message, help))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The first number outside its range.
+    fn wrong_number(&self) -> Option<WrongKey> {
         let LineProfile { baud, receive_buffer, .. } = self.line;
-        if baud != 9_600 && baud != 19_200 {
-            return error(
-                "line",
-                "baud",
+        let Limits { speed_min, speed_max, loop_depth } = self.limits;
+        let Defaults { reference_speed, start_stop, acceleration } = self.defaults;
+        let bit_base = self.quirks.cond_bit_base;
+        let checks = [
+            (
+                matches!(baud, 9_600 | 19_200),
+                ["line", "baud"],
                 format!("the line cannot run at {baud} baud"),
                 "use 19200 or 9600",
-            );
-        }
-        if !(1..=1 << 20).contains(&receive_buffer) {
-            return error(
-                "line",
-                "receive_buffer",
+            ),
+            (
+                (1..=1 << 20).contains(&receive_buffer),
+                ["line", "receive_buffer"],
                 format!("a buffer of {receive_buffer} bytes cannot be"),
                 "1024 is the built-in models' size",
-            );
-        }
-        let Limits { speed_min, speed_max, loop_depth } = self.limits;
-        if speed_min == 0 || speed_min > speed_max || speed_max > 1_000_000 {
-            return error(
-                "limits",
-                "speed_max",
+            ),
+            (
+                (1..=speed_max).contains(&speed_min) && speed_max <= 1_000_000,
+                ["limits", "speed_max"],
                 format!("the speeds from {speed_min} to {speed_max} Hz are no range"),
                 "1 Hz at least, 1000000 Hz at most, the lowest first",
-            );
-        }
-        if loop_depth > 1_000 {
-            return error(
-                "limits",
-                "loop_depth",
+            ),
+            (
+                loop_depth <= 1_000,
+                ["limits", "loop_depth"],
                 format!("{loop_depth} nested loops are too many"),
                 "the manuals say 15 (IMC4, IMC4-M) or 7 (iMC-xx)",
-            );
-        }
-        let Defaults { reference_speed, start_stop, acceleration } = self.defaults;
-        if reference_speed.iter().any(|speed| !(speed_min..=speed_max).contains(speed)) {
-            return error(
-                "defaults",
-                "reference_speed",
+            ),
+            (
+                reference_speed.iter().all(|speed| (speed_min..=speed_max).contains(speed)),
+                ["defaults", "reference_speed"],
                 "a default reference speed is outside the limits".into(),
                 "four values within speed_min and speed_max",
-            );
-        }
-        if !(20..=4_000).contains(&start_stop) {
-            return error(
-                "defaults",
-                "start_stop",
+            ),
+            (
+                (20..=4_000).contains(&start_stop),
+                ["defaults", "start_stop"],
                 format!("a start-stop frequency of {start_stop} Hz is outside its range"),
                 "20 to 4000 Hz",
-            );
-        }
-        if !(1..=4_000).contains(&acceleration) {
-            return error(
-                "defaults",
-                "acceleration",
+            ),
+            (
+                (1..=4_000).contains(&acceleration),
+                ["defaults", "acceleration"],
                 format!("an acceleration of {acceleration} Hz/ms is outside its range"),
                 "1 to 4000 Hz/ms",
-            );
-        }
-        if self.timing.line_us == 0 {
-            return error(
-                "timing",
-                "line_us",
+            ),
+            (
+                self.timing.line_us != 0,
+                ["timing", "line_us"],
                 "a line of a program that takes no time could run for ever in none".into(),
                 "1000 is the built-in models' value, 1 is the least",
-            );
-        }
-        if self.quirks.cond_bit_base > 1 {
-            return error(
-                "quirks",
-                "cond_bit_base",
-                format!("{} is not a lowest bit number", self.quirks.cond_bit_base),
+            ),
+            (
+                bit_base <= 1,
+                ["quirks", "cond_bit_base"],
+                format!("{bit_base} is not a lowest bit number"),
                 "0 or 1",
-            );
-        }
+            ),
+        ];
+        let (_, [table, key], message, help) = checks.into_iter().find(|(holds, ..)| !holds)?;
+        Some((table, key.to_owned(), message, help))
+    }
+
+    /// The first wire that leads to a wrong place.
+    fn wrong_wiring(&self) -> Option<WrongKey> {
         if self.ports.probe.is_some_and(|wire| !matches!(wire, Wire::Input(_))) {
-            return error(
-                "ports",
-                "probe",
-                "the tool length probe is wired to what is not a user input".into(),
-                "`in1` to `in16`, or nothing where it has a wire of its own",
-            );
+            let message = "the tool length probe is wired to what is not a user input".into();
+            let help = "`in1` to `in16`, or nothing where it has a wire of its own";
+            return Some(("ports", "probe".to_owned(), message, help));
         }
         for (table, ports) in [("ports.read", &self.ports.read), ("ports.write", &self.ports.write)]
         {
             for (number, wires) in ports {
                 if !matches!(wires.len(), 1 | 8) {
-                    return error(
-                        table,
-                        &number.to_string(),
-                        format!("port {number} has {} wires", wires.len()),
-                        "eight from bit 0 up, or one for a logical port",
-                    );
+                    let message = format!("port {number} has {} wires", wires.len());
+                    let help = "eight from bit 0 up, or one for a logical port";
+                    return Some((table, number.to_string(), message, help));
                 }
                 let only_outputs = wires
                     .iter()
                     .all(|w| matches!(w, Wire::Output(_) | Wire::Inverted(_) | Wire::Reserved));
                 if table == "ports.write" && !only_outputs {
-                    return error(
-                        table,
-                        &number.to_string(),
-                        format!("port {number} is written but has a wire that is not an output"),
-                        "outputs and `-` only",
-                    );
+                    let message =
+                        format!("port {number} is written but has a wire that is not an output");
+                    return Some((table, number.to_string(), message, "outputs and `-` only"));
                 }
             }
         }
-        if let Some((code, _)) =
-            self.diagnosis.iter().find(|(code, wires)| code.len() != 2 || wires.len() != 8)
-        {
-            return error(
-                "diagnosis",
-                code,
-                format!("the diagnosis `{code}` is not two characters with eight wires"),
-                "compare with a built-in model",
-            );
-        }
-        Ok(())
+        let (code, _) =
+            self.diagnosis.iter().find(|(code, wires)| code.len() != 2 || wires.len() != 8)?;
+        let message = format!("the diagnosis `{code}` is not two characters with eight wires");
+        Some(("diagnosis", code.clone(), message, "compare with a built-in model"))
     }
 }
+
+/// A value that cannot be: its table and key, what is wrong, and what would be right.
+type WrongKey = (&'static str, String, String, &'static str);
 
 #[cfg(test)]
 mod tests {

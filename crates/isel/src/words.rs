@@ -21,10 +21,6 @@ impl Firmware {
     /// A reason in words: a lower-case fragment. `line` is the line that is refused, if it is one.
     pub(crate) fn in_words(&self, why: Why, line: Option<(&[u8], Mode)>) -> String {
         let state = &self.state;
-        let switch = |axis: u8, end: End| {
-            let sign = if end == End::Negative { '-' } else { '+' };
-            format!("limit switch {}{sign}", AXIS_NAMES[usize::from(axis)])
-        };
         match why {
             Why::Line(fault) => match line {
                 Some((text, mode)) => self.fault_in_words(fault, text, mode),
@@ -38,23 +34,19 @@ impl Firmware {
             Why::Plane(missing) => {
                 format!("the plane of circles needs {missing}, only {} set", are(state.axes))
             }
-            Why::NoPlane => {
-                format!(
-                    "a circle needs two of X, Y and Z, only {} set (stored_arcs)",
-                    are(state.axes)
-                )
-            }
+            Why::NoPlane => format!(
+                "a circle needs two of X, Y and Z, only {} set (stored_arcs)",
+                are(state.axes)
+            ),
             Why::AtRest => "speed 0 Hz for an axis that moves".to_owned(),
-            Why::Stages(Off::Switched) => {
-                format!("{}{}", Off::Switched.in_words(), self.stage_command())
+            Why::Stages(off @ Off::Switched) => {
+                format!("{}{}", off.in_words(), self.stage_command())
             }
             Why::Stages(off) => off.in_words().to_owned(),
-            Why::Spindle => {
-                format!(
-                    "the spindle needs the stages, which are off: press ON{}",
-                    self.stage_command()
-                )
-            }
+            Why::Spindle => format!(
+                "the spindle needs the stages, which are off: press ON{}",
+                self.stage_command()
+            ),
             Why::StagesBehindCover => {
                 "the stages cannot be switched on with the cover open and the key on automatic"
                     .to_owned()
@@ -62,20 +54,9 @@ impl Firmware {
             Why::EmergencyInput => {
                 format!("emergency stop input: {}", self.input_in_words(state.settings.emergency))
             }
-            Why::Cover(opened) => match opened {
-                Opened::Already => COVER_OPEN.to_owned(),
-                Opened::Now => "the cover was opened with the key on automatic".to_owned(),
-                Opened::Key => "the key was turned to automatic with the cover open".to_owned(),
-                Opened::Input => {
-                    format!("cover input: {}", self.input_in_words(state.settings.cover))
-                }
-            },
+            Why::Cover(opened) => self.cover_in_words(opened),
             Why::Latched(axes) => {
-                let run = self.reference_run(axes);
-                format!(
-                    "{axes} ran onto a limit switch and {} for {run} (limit_latch)",
-                    waits(axes)
-                )
+                format!("{} (limit_latch)", self.waits_for_run(axes, "ran onto a limit switch"))
             }
             Why::OnSwitch { axis, end, away } => {
                 let quirk = if away { " (leave_switch)" } else { "" };
@@ -89,51 +70,15 @@ impl Firmware {
                 };
                 (0..).zip(hit).filter_map(one).collect::<Vec<_>>().join(" and ")
             }
-            Why::WrongSwitch { axis, end, referencing } => {
-                let name = AXIS_NAMES[usize::from(axis)];
-                match (end, referencing) {
-                    (None, _) => format!("both limit switches of {name} are active"),
-                    (Some(end), true) => {
-                        format!("the reference run of {name} met {}", switch(axis, end))
-                    }
-                    (Some(end), false) => {
-                        format!("{name} met {} on its way off the other", switch(axis, end))
-                    }
-                }
-            }
+            Why::WrongSwitch { axis, end, referencing } => wrong_switch(axis, end, referencing),
             Why::ReferenceBroken(breaker) => {
                 format!("the reference run was broken off by {}", self.breaker_in_words(breaker))
             }
-            Why::NoReference(axes, _) => {
-                let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
-                let run = self.reference_run(axes);
-                match axes.count() {
-                    1 => format!("{axes} has no reference point: {run} finds it"),
-                    _ => format!("{axes} have no reference points: {run} {find} them"),
-                }
-            }
+            Why::NoReference(axes, _) => self.no_reference(axes),
             Why::Freed(axes) => {
-                let run = self.reference_run(axes);
-                format!(
-                    "{axes} left the limit switch by F and {} for {run} (after_free)",
-                    waits(axes)
-                )
+                format!("{} (after_free)", self.waits_for_run(axes, "left the limit switch by F"))
             }
-            Why::ProgramStored => {
-                let program = state.flash.program.as_ref().map(|program| program.validity);
-                let there = match program {
-                    Some(Validity::Invalid) => {
-                        "a program is stored already, of which a line was refused"
-                    }
-                    Some(Validity::Incomplete) => "a program is stored already, which has no end",
-                    _ => "a program is stored already",
-                };
-                let eraser = match state.model.command_set {
-                    CommandSet::Imc4 => "the panel".to_owned(),
-                    _ => self.sent("k"),
-                };
-                format!("{there}: {eraser} erases it (store_over)")
-            }
+            Why::ProgramStored => self.program_stored(),
             Why::NothingToStart => self.nothing_to_start().to_owned(),
             Why::Jump { to, other_base } => {
                 let lines = state.flash.program.as_ref().map_or(0, |program| program.len());
@@ -141,24 +86,65 @@ impl Firmware {
                 format!("a jump to line {}, but the last line is {lines}{quirk}", to + 1)
             }
             Why::LoopDepth => {
-                format!(
-                    "loops are nested more than {} deep (loop_depth)",
-                    state.model.limits.loop_depth
-                )
+                let depth = state.model.limits.loop_depth;
+                format!("loops are nested more than {depth} deep (loop_depth)")
             }
             Why::MemoryFull(bytes) => {
                 let (bytes, size) = (Grouped(bytes.into()), Grouped(state.model.flash.size.into()));
                 format!("the program would take {bytes} bytes, the memory has {size} (flash.size)")
             }
-            Why::Stopped(by) => match by {
-                By::Line => format!("stopped by 253 from the line: {} goes on", self.sent("S")),
-                By::Button => format!("stopped by STOP at the panel: {} goes on", self.sent("S")),
-                By::ButtonHeld => format!(
-                    "STOP is held at the panel: release it, {} goes on (stop_button)",
-                    self.sent("S")
-                ),
-            },
+            Why::Stopped(by) => self.stopped_in_words(by),
         }
+    }
+
+    fn cover_in_words(&self, opened: Opened) -> String {
+        match opened {
+            Opened::Already => COVER_OPEN.to_owned(),
+            Opened::Now => "the cover was opened with the key on automatic".to_owned(),
+            Opened::Key => "the key was turned to automatic with the cover open".to_owned(),
+            Opened::Input => {
+                format!("cover input: {}", self.input_in_words(self.state.settings.cover))
+            }
+        }
+    }
+
+    fn stopped_in_words(&self, by: By) -> String {
+        let start = self.sent("S");
+        match by {
+            By::Line => format!("stopped by 253 from the line: {start} goes on"),
+            By::Button => format!("stopped by STOP at the panel: {start} goes on"),
+            By::ButtonHeld => {
+                format!("STOP is held at the panel: release it, {start} goes on (stop_button)")
+            }
+        }
+    }
+
+    fn no_reference(&self, axes: AxisSet) -> String {
+        let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
+        let run = self.reference_run(axes);
+        match axes.count() {
+            1 => format!("{axes} has no reference point: {run} finds it"),
+            _ => format!("{axes} have no reference points: {run} {find} them"),
+        }
+    }
+
+    /// Axes that only a reference run lets move again, after something has happened to them.
+    fn waits_for_run(&self, axes: AxisSet, happened: &str) -> String {
+        format!("{axes} {happened} and {} for {}", waits(axes), self.reference_run(axes))
+    }
+
+    fn program_stored(&self) -> String {
+        let program = self.state.flash.program.as_ref().map(|program| program.validity);
+        let there = match program {
+            Some(Validity::Invalid) => "a program is stored already, of which a line was refused",
+            Some(Validity::Incomplete) => "a program is stored already, which has no end",
+            _ => "a program is stored already",
+        };
+        let eraser = match self.state.model.command_set {
+            CommandSet::Imc4 => "the panel".to_owned(),
+            _ => self.sent("k"),
+        };
+        format!("{there}: {eraser} erases it (store_over)")
     }
 
     /// A reason that ends the stored program: with the line, from 0, at which it ended.
@@ -496,6 +482,20 @@ fn came(frame: &Frame<'_>, right: usize, or: usize) -> String {
 /// Whether the number of fields depends on the axes.
 fn depends_on_axes(op: Op) -> bool {
     matches!(op, Op::RelativeMove | Op::AbsoluteMove | Op::ReferenceSpeeds | Op::MoveUntil)
+}
+
+fn switch(axis: u8, end: End) -> String {
+    let sign = if end == End::Negative { '-' } else { '+' };
+    format!("limit switch {}{sign}", AXIS_NAMES[usize::from(axis)])
+}
+
+fn wrong_switch(axis: u8, end: Option<End>, referencing: bool) -> String {
+    let name = AXIS_NAMES[usize::from(axis)];
+    match (end, referencing) {
+        (None, _) => format!("both limit switches of {name} are active"),
+        (Some(end), true) => format!("the reference run of {name} met {}", switch(axis, end)),
+        (Some(end), false) => format!("{name} met {} on its way off the other", switch(axis, end)),
+    }
 }
 
 fn waits(axes: AxisSet) -> &'static str {

@@ -43,17 +43,11 @@ impl State {
             return Err(Why::Fault(status));
         }
         let here = self.position;
-        let at = |axis: Axis, place: i64| {
-            let mut to = here;
-            to[axis.index()] = place;
-            to
-        };
         let mut stages = VecDeque::new();
         match command {
             Command::PlotAbsolute(places) => {
-                for place in places {
-                    stages.push_back(Stage::To(flat(here, place.map(i64::from))));
-                }
+                let places = places.iter().map(|place| flat(here, place.map(i64::from)));
+                stages.extend(places.map(Stage::To));
             }
             Command::PlotRelative(ways) => {
                 let mut place = [here[0], here[1]];
@@ -78,51 +72,11 @@ impl State {
             Command::EdgeRelative([x, y]) => {
                 stages = edge(here, [here[0] + i64::from(*x), here[1] + i64::from(*y)]);
             }
-            Command::SpaceAbsolute(place) => {
-                let place = place.map(i64::from);
-                let axes = |axis| place.get(axis).copied().unwrap_or(here[axis]);
-                stages.push_back(Stage::To(self.where_fitted(axes)));
-            }
-            Command::SpaceRelative(way) => {
-                let way = way.map(i64::from);
-                let axes = |axis: usize| here[axis] + way.get(axis).copied().unwrap_or(0);
-                stages.push_back(Stage::To(self.where_fitted(axes)));
-            }
             Command::FollowVectors { axes, vectors } => {
                 stages.push_back(Stage::Vectors(*axes, vectors.clone()));
             }
-            Command::MoveAllAbsolute(places) => {
-                let places = places.map(i64::from);
-                stages.push_back(Stage::To(self.where_fitted(|axis| places[axis])));
-            }
-            Command::MoveAllRelative(ways) => {
-                let ways = ways.map(i64::from);
-                stages.push_back(Stage::To(self.where_fitted(|axis| here[axis] + ways[axis])));
-            }
-            Command::MoveZAbsolute(to) => {
-                stages.push_back(Stage::To(at(Axis::Z0, i64::from(*to))));
-            }
-            Command::MoveZRelative(by) => {
-                stages.push_back(Stage::To(at(Axis::Z0, here[2] + i64::from(*by))));
-            }
-            Command::MoveAxisAbsolute { axis, to } => {
-                stages.push_back(Stage::To(at(*axis, i64::from(*to))));
-            }
-            Command::MoveAxisRelative { axis, by } => {
-                let place = here[axis.index()] + i64::from(*by);
-                stages.push_back(Stage::To(at(*axis, place)));
-            }
-            Command::PenDown | Command::PenUp => {
-                let down = *command == Command::PenDown;
-                if down != self.outputs.head_down {
-                    let [before_down, after_down, before_up, after_up] = self.settings.head_times();
-                    let (before, after) =
-                        if down { (before_down, after_down) } else { (before_up, after_up) };
-                    stages.push_back(wait(Pause::Head, before));
-                    stages.push_back(Stage::Head(down));
-                    stages.push_back(wait(Pause::Head, after));
-                }
-            }
+            Command::PenDown => stages = self.head_stages(true),
+            Command::PenUp => stages = self.head_stages(false),
             Command::Wait(ms) => stages.push_back(wait(Pause::Once, *ms)),
             Command::Reference(axis) => stages = self.reference_stages(*axis)?,
             Command::Initialize => {
@@ -135,7 +89,10 @@ impl State {
                 }
             }
             Command::HardClipLimits(axis) => stages = self.hard_clip_stages(*axis),
-            command => return self.apply(command),
+            command => match self.target(command) {
+                Some(to) => stages.push_back(Stage::To(to)),
+                None => return self.apply(command),
+            },
         }
         // Everything rests for the settling time after each move.
         let settling = self.settings.settling;
@@ -144,6 +101,44 @@ impl State {
             stages = moves.flat_map(|stage| settled(stage, settling)).collect();
         }
         Ok(Effect { stages, ..Effect::default() })
+    }
+
+    /// Where a command moves all axes at once, or a single one.
+    fn target(&self, command: &Command) -> Option<Point> {
+        let here = self.position;
+        let space = |place: &[i32; 3], from: Point| {
+            let place = |axis: usize| place.get(axis).map(|place| from[axis] + i64::from(*place));
+            self.where_fitted(|axis| place(axis).unwrap_or(here[axis]))
+        };
+        let all = |places: &[i32; AXES], from: Point| {
+            self.where_fitted(|axis| from[axis] + i64::from(places[axis]))
+        };
+        let one = |axis: Axis, place: i32, from: Point| {
+            let mut to = here;
+            to[axis.index()] = from[axis.index()] + i64::from(place);
+            to
+        };
+        Some(match command {
+            Command::SpaceAbsolute(place) => space(place, Point::default()),
+            Command::SpaceRelative(way) => space(way, here),
+            Command::MoveAllAbsolute(places) => all(places, Point::default()),
+            Command::MoveAllRelative(ways) => all(ways, here),
+            Command::MoveZAbsolute(to) => one(Axis::Z0, *to, Point::default()),
+            Command::MoveZRelative(by) => one(Axis::Z0, *by, here),
+            Command::MoveAxisAbsolute { axis, to } => one(*axis, *to, Point::default()),
+            Command::MoveAxisRelative { axis, by } => one(*axis, *by, here),
+            _ => return None,
+        })
+    }
+
+    /// Lowers or lifts the head, unless it is there already.
+    fn head_stages(&self, down: bool) -> VecDeque<Stage> {
+        if down == self.outputs.head_down {
+            return VecDeque::new();
+        }
+        let [before_down, after_down, before_up, after_up] = self.settings.head_times();
+        let (before, after) = if down { (before_down, after_down) } else { (before_up, after_up) };
+        [wait(Pause::Head, before), Stage::Head(down), wait(Pause::Head, after)].into()
     }
 
     /// A target that differs from the present position only on fitted axes.
@@ -211,29 +206,8 @@ impl State {
             Command::FullCurrent => self.outputs.half_current = false,
             Command::HalfCurrent => self.outputs.half_current = true,
             Command::WritePort { port, data } => return self.write_port(*port, *data),
-            Command::ReadPort(port) => {
-                let known = self.model.io.read.contains(port);
-                let effect = if known { Effect::default() } else { self.no_module(*port, false)? };
-                let mut line = AnswerLine::new(b'R');
-                line.number(self.model.io.read_port(&self.plant, u16::from(*port)).into(), 4);
-                return Ok(Effect { line: Some(line), ..effect });
-            }
-            Command::OutputStatus => {
-                let texts = &self.model.texts;
-                let mut line = AnswerLine::new(b'S');
-                if self.model.language.status_texts == StatusDigits::Hexadecimal {
-                    line.hexadecimal(texts.version.into());
-                    for number in [texts.date, texts.identity] {
-                        line.push(b',');
-                        line.hexadecimal(number);
-                    }
-                } else {
-                    line.number(i64::from(texts.version), 3);
-                    line.push(b',');
-                    line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
-                }
-                return Ok(Effect::says(line));
-            }
+            Command::ReadPort(port) => return self.read_port(*port),
+            Command::OutputStatus => return Ok(Effect::says(self.status_line())),
             Command::NominalPosition(axis) => {
                 return Ok(Effect::says(self.position_line(b'P', &self.position, *axis)));
             }
@@ -259,6 +233,33 @@ impl State {
         }
         self.outputs.written.insert(port, data as u8);
         Ok(Effect::default())
+    }
+
+    /// `!RD`.
+    fn read_port(&self, port: u8) -> Result<Effect, Why> {
+        let known = self.model.io.read.contains(&port);
+        let effect = if known { Effect::default() } else { self.no_module(port, false)? };
+        let mut line = AnswerLine::new(b'R');
+        line.number(self.model.io.read_port(&self.plant, u16::from(port)).into(), 4);
+        Ok(Effect { line: Some(line), ..effect })
+    }
+
+    /// `OS`.
+    fn status_line(&self) -> AnswerLine {
+        let texts = &self.model.texts;
+        let mut line = AnswerLine::new(b'S');
+        if self.model.language.status_texts == StatusDigits::Hexadecimal {
+            line.hexadecimal(texts.version.into());
+            for number in [texts.date, texts.identity] {
+                line.push(b',');
+                line.hexadecimal(number);
+            }
+        } else {
+            line.number(i64::from(texts.version), 3);
+            line.push(b',');
+            line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
+        }
+        line
     }
 
     /// An SMCU has no status for a module that is not there. What it reads there is 0.

@@ -115,6 +115,17 @@ struct Recording {
     tell: Option<OnError>,
 }
 
+impl Recording {
+    fn begin(self, about: &About<'_>, names: Names) -> Result<Kept, Error> {
+        let Recording { path, size, from, failed_only, tell } = self;
+        let from = if from.is_empty() { "library".to_owned() } else { from };
+        let tell =
+            tell.unwrap_or_else(|| Box::new(|error: &str| drop(writeln!(io::stderr(), "{error}"))));
+        let file = RecordingFile::begin(Order { path, size, from, tell }, about, names)?;
+        Ok(Kept { file, failed_only })
+    }
+}
+
 impl From<bool> for Terminal {
     fn from(on: bool) -> Terminal {
         if on { Terminal::Unnamed } else { Terminal::Off }
@@ -452,10 +463,7 @@ impl Builder {
         let line = if paced { Line::paced(controller) } else { Line::ideal(controller) };
         let (runner, handle) = Handle::pair(line, self.time);
         let handling = Handling::of(model);
-        let name = self.name.unwrap_or_else(|| {
-            static STARTED: AtomicU64 = AtomicU64::new(1);
-            STARTED.fetch_add(1, Ordering::Relaxed).to_string()
-        });
+        let name = self.name.unwrap_or_else(next_number);
         let mut runner = runner.named(&name).with_lines(handling.ends, self.fresh_clients);
         runner = runner.with_line_physics(self.line_physics);
         if let Some((ends, right)) = handling.instead_of_line_feed {
@@ -480,12 +488,7 @@ impl Builder {
         #[cfg(feature = "tracing")]
         if let Some(traces) = vimc4_host::Traces::new(&name) {
             traces.begin(model.name(), &machine.name, &self.time);
-            let Places { tcp, rfc2217, serial, .. } = &places;
-            #[cfg(all(unix, feature = "pty"))]
-            places.pty.iter().for_each(|path| traces.transport("pty", &path.display()));
-            serial.iter().for_each(|device| traces.transport("serial", device));
-            tcp.iter().for_each(|address| traces.transport("tcp", address));
-            rfc2217.iter().for_each(|address| traces.transport("rfc2217", address));
+            places.trace(&traces);
             runner.watch(Box::new(traces));
         }
         let record = self.record.then(|| Record::new(Picture::of(runner.device())));
@@ -498,19 +501,16 @@ impl Builder {
         for sink in self.sinks {
             runner.watch(sink);
         }
-        let mut kept = None;
-        if let Some(Recording { path, size, from, failed_only, tell }) =
-            self.recording.filter(|recording| !recording.path.as_os_str().is_empty())
-        {
-            let clock = self.time.to_string();
-            let about = About { model, machine: &machine, clock, paced, controller: name };
-            let from = if from.is_empty() { "library".to_owned() } else { from };
-            let tell = tell
-                .unwrap_or_else(|| Box::new(|error: &str| drop(writeln!(io::stderr(), "{error}"))));
-            let names = Names::of(runner.device());
-            let file = RecordingFile::begin(Order { path, size, from, tell }, &about, names)?;
-            runner.watch(Box::new(Recorder(file.clone())));
-            kept = Some(Kept { file, failed_only });
+        let recording = self.recording.filter(|asked| !asked.path.as_os_str().is_empty());
+        let kept = recording
+            .map(|recording| {
+                let clock = self.time.to_string();
+                let about = About { model, machine: &machine, clock, paced, controller: name };
+                recording.begin(&about, Names::of(runner.device()))
+            })
+            .transpose()?;
+        if let Some(kept) = &kept {
+            runner.watch(Box::new(Recorder(kept.file.clone())));
         }
         if self.paused {
             runner.begin_paused("the library");
@@ -520,6 +520,12 @@ impl Builder {
 }
 
 type Made = (Runner<Line<Controller>>, Handle<Line<Controller>>, Places);
+
+/// The name of an emulator without one.
+fn next_number() -> String {
+    static STARTED: AtomicU64 = AtomicU64::new(1);
+    STARTED.fetch_add(1, Ordering::Relaxed).to_string()
+}
 
 fn resolve(address: &str) -> Result<Vec<SocketAddr>, Error> {
     let failed = |source| Error::Address { address: address.to_owned(), source };

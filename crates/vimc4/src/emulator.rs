@@ -113,6 +113,17 @@ pub(crate) struct Places {
     pub(crate) pty: Option<PathBuf>,
 }
 
+impl Places {
+    #[cfg(feature = "tracing")]
+    pub(crate) fn trace(&self, traces: &vimc4_host::Traces) {
+        #[cfg(all(unix, feature = "pty"))]
+        self.pty.iter().for_each(|path| traces.transport("pty", &path.display()));
+        self.serial.iter().for_each(|device| traces.transport("serial", device));
+        self.tcp.iter().for_each(|address| traces.transport("tcp", address));
+        self.rfc2217.iter().for_each(|address| traces.transport("rfc2217", address));
+    }
+}
+
 impl Emulator {
     pub(crate) fn new(
         control: Control,

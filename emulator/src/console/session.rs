@@ -251,65 +251,21 @@ impl Session {
 
     fn carry_out_unheard(&mut self, line: &str) -> Result<Outcome, Wrong> {
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        match (word, rest.trim()) {
-            ("screen", "") => return Ok(Outcome::Screen),
-            ("source", "") => return Err(Wrong::new("how it is typed: source FILE")),
-            ("source", file) => return Ok(Outcome::Source(file.to_owned())),
-            ("picture", rest) => return picture(rest),
-            ("help" | "h", name) => {
-                if let Some(own) = Own::all(!self.is_served()).find(|own| own.name == name) {
-                    return Ok(Outcome::Said(own.told()));
-                }
-            }
-            _ => {}
-        }
-        let is_alone = |own: &&Own| own.name == word && own.arguments.is_empty();
-        if let Some(own) = OWN.iter().find(is_alone)
-            && !rest.trim().is_empty()
-        {
-            let rest = rest.trim();
-            return Err(Wrong(format!("nothing follows `{}`, and here does `{rest}`", own.name)));
-        }
-        if word == "controller" && self.is_served() {
-            let remedy = "ask /v1/controllers/2/debugger for the second";
-            return Err(Wrong(format!("the address says which controller it is; {remedy}")));
-        }
-        if (word, rest.trim()) == ("controller", "") {
-            return Ok(Outcome::Said(self.number.to_string()));
-        }
-        if word == "controller" {
-            return self.change_to(rest.trim());
-        }
-        if (word, rest.trim()) == ("take", "") {
-            return self.take().map(Outcome::Said);
+        let rest = rest.trim();
+        if let Some(outcome) = self.carry_out_own(word, rest)? {
+            return Ok(outcome);
         }
         self.cancel.forget();
         let known = Directive::named(word);
         let directive = known.map_or("", |directive| directive.name);
         if self.live.is_some() && directive == "continue" {
-            let until = self.until_of(rest.trim())?;
+            let until = self.until_of(rest)?;
             return self.run(until).map(Outcome::Said);
         }
         let branches = self.debugger.history().branches().count();
-        let mut watched = self.watched_search();
-        let progress = &mut |at| watched.goes_on(at);
-        let answer = match &mut self.live {
-            None => self.debugger.execute(line, progress)?,
-            Some(live) => {
-                let goes_forward = known.is_some_and(Directive::goes_forward);
-                // What would come is looked at; what is done to the controller is done to it.
-                let is_meant = directive != "what";
-                let debugger = &mut self.debugger;
-                let execute = |debugger: &mut Debugger, progress: &mut Progress<'_>| {
-                    debugger.execute(line, progress)
-                };
-                match live.during(debugger, goes_forward, is_meant, progress, execute)? {
-                    (answer, true) => answer?,
-                    (_, false) => return Ok(Outcome::Said(self.cancelled())),
-                }
-            }
+        let Some(answer) = self.execute(line, known)? else {
+            return Ok(Outcome::Said(self.cancelled()));
         };
-        drop(watched);
         let has_parted = self.debugger.history().branches().count() > branches;
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
@@ -331,6 +287,56 @@ impl Session {
                 }
                 Ok(Outcome::Said(said))
             }
+        }
+    }
+
+    /// Carries out a command that only the console has.
+    fn carry_out_own(&mut self, word: &str, rest: &str) -> Result<Option<Outcome>, Wrong> {
+        if let Some(own) = OWN.iter().find(|own| own.name == word && own.arguments.is_empty())
+            && !rest.is_empty()
+        {
+            return Err(Wrong(format!("nothing follows `{}`, and here does `{rest}`", own.name)));
+        }
+        let outcome = match (word, rest) {
+            ("screen", "") => Outcome::Screen,
+            ("source", "") => return Err(Wrong::new("how it is typed: source FILE")),
+            ("source", file) => Outcome::Source(file.to_owned()),
+            ("picture", rest) => picture(rest)?,
+            ("help" | "h", name) => {
+                let own = Own::all(!self.is_served()).find(|own| own.name == name);
+                return Ok(own.map(|own| Outcome::Said(own.told())));
+            }
+            ("controller", _) if self.is_served() => {
+                let remedy = "ask /v1/controllers/2/debugger for the second";
+                return Err(Wrong(format!("the address says which controller it is; {remedy}")));
+            }
+            ("controller", "") => Outcome::Said(self.number.to_string()),
+            ("controller", number) => self.change_to(number)?,
+            ("take", "") => Outcome::Said(self.take()?),
+            _ => return Ok(None),
+        };
+        Ok(Some(outcome))
+    }
+
+    /// Has the debugger carry out a line; nothing if somebody has cancelled it.
+    fn execute(
+        &mut self,
+        line: &str,
+        directive: Option<&Directive>,
+    ) -> Result<Option<Answer>, Wrong> {
+        let mut watched = self.watched_search();
+        let progress = &mut |at| watched.goes_on(at);
+        let Some(live) = &mut self.live else {
+            return Ok(Some(self.debugger.execute(line, progress)?));
+        };
+        let goes_forward = directive.is_some_and(Directive::goes_forward);
+        // What would come is looked at; what is done to the controller is done to it.
+        let is_meant = directive.is_none_or(|directive| directive.name != "what");
+        let execute =
+            |debugger: &mut Debugger, progress: &mut Progress<'_>| debugger.execute(line, progress);
+        match live.during(&mut self.debugger, goes_forward, is_meant, progress, execute)? {
+            (answer, true) => Ok(Some(answer?)),
+            (_, false) => Ok(None),
         }
     }
 

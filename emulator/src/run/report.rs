@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
-use vimc4_catalogue::Machine;
+use vimc4_catalogue::{Machine, Measure};
 use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
@@ -142,6 +142,37 @@ pub(super) struct Answer<'a> {
     pub(super) took: Duration,
     /// What people call it.
     pub(super) meaning: String,
+}
+
+/// What a run has come to.
+struct Summary<'a> {
+    end: &'a End,
+    axes: Vec<Travelled<'a>>,
+    path_mm: f64,
+    /// How much of the path was made with the head down, and how long it took, where there is a head.
+    down: Option<(f64, Duration)>,
+    rounds: u64,
+    time: Duration,
+}
+
+/// Where an axis is, and how far it has travelled.
+struct Travelled<'a> {
+    name: &'a str,
+    position: i64,
+    steps: u64,
+    unit: Measure,
+}
+
+/// The axes that are configured, or not where they began.
+fn travelled<'a>(view: &'a vimc4::View, meter: &Meter, machine: &Machine) -> Vec<Travelled<'a>> {
+    let units = machine.measures();
+    let axes = view.axes.iter().filter_map(|axis| {
+        let number = usize::from(axis.index);
+        let (steps, unit) = (*meter.steps.get(number)?, *units.get(number)?);
+        let is_shown = axis.configured || axis.position != 0 || steps != 0;
+        is_shown.then_some(Travelled { name: &axis.name, position: axis.position, steps, unit })
+    });
+    axes.collect()
 }
 
 /// Tells a person, or collects for a script.
@@ -429,108 +460,108 @@ impl RunReport {
         baud: u32,
     ) -> Result<(), Failure> {
         self.progress.clear();
+        let down = view.details.is_head_down().map(|_| meter.down);
         let time = view.at - self.began;
-        let units = machine.measures();
-        let axes = || {
-            let all = view.axes.iter().filter_map(|axis| {
-                let number = usize::from(axis.index);
-                Some(((axis, meter.steps.get(number)?), *units.get(number)?))
-            });
-            all.filter(|((axis, steps), _)| axis.configured || axis.position != 0 || **steps != 0)
-        };
-        let has_head = view.details.is_head_down().is_some();
-        let (down_mm, down_time) = meter.down;
-        if self.json {
-            let mut shown = Map::new();
-            for ((axis, steps), unit) in axes() {
-                let value = json!({
-                    "position": axis.position,
-                    "travelled": steps,
-                    "unit": unit.name,
-                    "unit_per_step": unit.per_step,
-                });
-                shown.insert(axis.name.clone(), value);
+        let axes = travelled(view, meter, machine);
+        let summary = Summary { end, axes, path_mm: meter.path_mm, down, rounds, time };
+        match self.json {
+            true => {
+                let summary = self.as_json(&summary).to_string();
+                self.say(&summary);
             }
-            let mut summary = json!({
-                "ended": end.why.word(),
-                "text": end.text,
-                "line": end.line,
-                "time_ns": nanos(time),
-                "rounds": rounds,
-                "axes": shown,
-                "path_mm": meter.path_mm,
-                "answers": self.answers,
-                "warnings": self.warnings,
-            });
-            if let (Kind::Stream, Some(summary)) = (self.kind, summary.as_object_mut()) {
-                let left = |what| {
-                    let left = self.left.iter().filter(|left| left.what == what);
-                    left.map(LeftOut::json).collect::<Vec<_>>()
-                };
-                summary.insert("unknown".to_owned(), left(Left::Command).into());
-                summary.insert("ignored".to_owned(), left(Left::Numbers).into());
-                summary.insert("escapes".to_owned(), left(Left::Escape).into());
-                summary.insert("lower_case".to_owned(), left(Left::LowerCase).into());
-                summary.insert("taken_away".to_owned(), left(Left::TakenAway).into());
-            }
-            if !self.told.is_empty()
-                && let Some(summary) = summary.as_object_mut()
-            {
-                summary.insert("told".to_owned(), std::mem::take(&mut self.told).into());
-            }
-            if let (true, Some(summary)) = (has_head, summary.as_object_mut()) {
-                let down = json!({ "path_mm": down_mm, "time_ns": nanos(down_time) });
-                summary.insert("head_down".to_owned(), down);
-            }
-            self.say(&summary.to_string());
-        } else {
-            let mut table = format!("\n{:<10}{:>14}{:>32}\n", "axis", "position", "travelled");
-            for ((axis, steps), unit) in axes() {
-                let length = |steps: f64| format!("{:.3} {:<2}", steps * unit.per_step, unit.name);
-                table += &format!(
-                    "{:<10}{:>14}{:>18}{:>14}{:>18}\n",
-                    axis.name,
-                    Grouped(axis.position),
-                    length(axis.position as f64),
-                    Grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
-                    length(*steps as f64),
-                );
-            }
-            self.say(table.trim_end_matches('\n'));
-            self.say(&format!("path      {:.3} mm", meter.path_mm));
-            if has_head {
-                let time = seconds(down_time);
-                self.say(&format!("          {down_mm:.3} mm of it with the head down, in {time}"));
-            }
-            if rounds > 0 {
-                self.say(&format!("rounds    {rounds}"));
-            }
-            let mut line = format!("time      {}", seconds(time));
-            if self.kind != Kind::DataField {
-                let characters = self.characters;
-                let nanos = characters.saturating_mul(10_000_000_000) / u64::from(baud.max(1));
-                line += &format!(
-                    ", and {} on the line for {} characters at {baud} baud",
-                    seconds(Duration::from_nanos(nanos)),
-                    Grouped(i64::try_from(characters).unwrap_or(i64::MAX)),
-                );
-            }
-            self.say(&line);
-            self.say(&format!("ended     {}", end.text));
-            for line in &end.help {
-                self.say(&format!("          {line}"));
-            }
-            if end.why == Why::Waits && end.help.is_empty() {
-                // A reference run without a switch ahead of it waits for nothing that could be given.
-                self.say(match end.text.contains("reference run") {
-                    true => "          choose a machine with switches, as in --machine mill",
-                    false => {
-                        "          give it what it waits for, as in --input 0.2=1@2s or --press start@5s"
-                    }
-                });
-            }
+            false => self.print(&summary, baud),
         }
         output::written(self.written.and_then(|()| self.out.flush()))
+    }
+
+    fn as_json(&mut self, summary: &Summary<'_>) -> Value {
+        let axes = summary.axes.iter().map(|axis| {
+            let value = json!({
+                "position": axis.position,
+                "travelled": axis.steps,
+                "unit": axis.unit.name,
+                "unit_per_step": axis.unit.per_step,
+            });
+            (axis.name.to_owned(), value)
+        });
+        let mut shown = json!({
+            "ended": summary.end.why.word(),
+            "text": summary.end.text,
+            "line": summary.end.line,
+            "time_ns": nanos(summary.time),
+            "rounds": summary.rounds,
+            "axes": axes.collect::<Map<_, _>>(),
+            "path_mm": summary.path_mm,
+            "answers": self.answers,
+            "warnings": self.warnings,
+        });
+        if self.kind == Kind::Stream {
+            for (key, what) in [
+                ("unknown", Left::Command),
+                ("ignored", Left::Numbers),
+                ("escapes", Left::Escape),
+                ("lower_case", Left::LowerCase),
+                ("taken_away", Left::TakenAway),
+            ] {
+                let left = self.left.iter().filter(|left| left.what == what);
+                shown[key] = left.map(LeftOut::json).collect();
+            }
+        }
+        if !self.told.is_empty() {
+            shown["told"] = std::mem::take(&mut self.told).into();
+        }
+        if let Some((path_mm, time)) = summary.down {
+            shown["head_down"] = json!({ "path_mm": path_mm, "time_ns": nanos(time) });
+        }
+        shown
+    }
+
+    fn print(&mut self, summary: &Summary<'_>, baud: u32) {
+        let mut table = format!("\n{:<10}{:>14}{:>32}\n", "axis", "position", "travelled");
+        for Travelled { name, position, steps, unit } in &summary.axes {
+            let length = |steps: f64| format!("{:.3} {:<2}", steps * unit.per_step, unit.name);
+            table += &format!(
+                "{name:<10}{:>14}{:>18}{:>14}{:>18}\n",
+                Grouped(*position),
+                length(*position as f64),
+                Grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
+                length(*steps as f64),
+            );
+        }
+        self.say(table.trim_end_matches('\n'));
+        self.say(&format!("path      {:.3} mm", summary.path_mm));
+        if let Some((path_mm, time)) = summary.down {
+            let time = seconds(time);
+            self.say(&format!("          {path_mm:.3} mm of it with the head down, in {time}"));
+        }
+        if summary.rounds > 0 {
+            self.say(&format!("rounds    {}", summary.rounds));
+        }
+        let mut line = format!("time      {}", seconds(summary.time));
+        if self.kind != Kind::DataField {
+            let characters = self.characters;
+            let nanos = characters.saturating_mul(10_000_000_000) / u64::from(baud.max(1));
+            line += &format!(
+                ", and {} on the line for {} characters at {baud} baud",
+                seconds(Duration::from_nanos(nanos)),
+                Grouped(i64::try_from(characters).unwrap_or(i64::MAX)),
+            );
+        }
+        self.say(&line);
+        let end = summary.end;
+        self.say(&format!("ended     {}", end.text));
+        for line in &end.help {
+            self.say(&format!("          {line}"));
+        }
+        if end.why == Why::Waits && end.help.is_empty() {
+            // A reference run without a switch ahead of it waits for nothing that could be given.
+            self.say(match end.text.contains("reference run") {
+                true => "          choose a machine with switches, as in --machine mill",
+                false => {
+                    "          give it what it waits for, as in --input 0.2=1@2s or --press start@5s"
+                }
+            });
+        }
     }
 
     fn say(&mut self, text: &str) {

@@ -24,74 +24,39 @@ impl Command {
 impl Display for Command {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::ArcAbsolute { centre: [x, y], angle } => {
-                write!(f, "arc around X {} Y {}, {}", plain(*x), plain(*y), Angle(*angle))
-            }
-            Self::ArcRelative { centre: [x, y], angle } => {
-                let (x, y) = (Signed(*x), Signed(*y));
-                write!(f, "arc around X {x} Y {y} from here, {}", Angle(*angle))
-            }
-            Self::Circle(radius) => write!(f, "circle with the radius {}", plain(*radius)),
-            Self::EdgeAbsolute([x, y]) => {
-                write!(f, "rectangle to X {} Y {}", plain(*x), plain(*y))
-            }
-            Self::EdgeRelative([x, y]) => {
-                write!(f, "rectangle by X {} Y {}", Signed(*x), Signed(*y))
-            }
-            Self::Initialize => f.write_str("initialize"),
             Self::Window([[x0, y0], [x1, y1]]) => {
                 let (x0, y0, x1, y1) = (plain(*x0), plain(*y0), plain(*x1), plain(*y1));
                 write!(f, "window from X {x0} Y {y0} to X {x1} Y {y1}")
             }
             Self::HardClipLimits(axis) => write!(f, "find limits of {}", Of(*axis)),
-            Self::OutputStatus => f.write_str("read status"),
-            Self::PlotAbsolute(positions) => plot(f, "to", positions, plain),
-            Self::PlotRelative(ways) => plot(f, "by", ways, Signed),
-            Self::PenDown => f.write_str("lower head"),
-            Self::PenUp => f.write_str("lift head"),
             Self::PenSpeed(speed) => write!(f, "speed with the pen down {}", PenSpeed(*speed)),
             Self::Acceleration { axis, acceleration } => {
                 let value = plain(*acceleration);
                 write!(f, "acceleration of {} {value} (mm/s² or mrad/s²)", Of(*axis))
             }
-            Self::CloseChannel(None) => f.write_str("close channel"),
             Self::CloseChannel(Some(channel)) => write!(f, "close channel {channel}"),
+            Self::OpenChannel(Some(channel)) => write!(f, "open channel {channel}"),
             Self::CloseInterface => f.write_str("close trackball"),
+            Self::OpenInterface(does) => write!(f, "open trackball: {}", does.name()),
             Self::SetMode(Mode::Drilling) => f.write_str("drilling mode"),
             Self::SetMode(Mode::Milling) => f.write_str("milling mode"),
             Self::Continue => f.write_str("finish the broken-off command"),
+            Self::GoBack => f.write_str("go back to the start of the broken-off command"),
+            Self::RepeatBroken => f.write_str("repeat the broken-off command"),
+            Self::Repeat => f.write_str("repeat the last command"),
             Self::Echo(on) => write!(f, "echo {}", Switch(*on)),
             Self::ExternalStop(on) => write!(f, "external stop {}", Switch(*on)),
             Self::Spindle(on) => write!(f, "spindle {}", Switch(*on)),
-            Self::FullCurrent => f.write_str("full phase current"),
-            Self::HalfCurrent => f.write_str("half phase current"),
-            Self::GoBack => f.write_str("go back to the start of the broken-off command"),
             Self::Reference(axis) => write!(f, "reference run of {}", Of(*axis)),
-            Self::MoveAllAbsolute(positions) => {
-                f.write_str("move to")?;
-                all_axes(f, positions.map(plain))
+            Self::ActualPosition { axis, triggered } => {
+                let when = if *triggered { " at the last trigger" } else { "" };
+                write!(f, "read actual position of {}{when}", Of(*axis))
             }
-            Self::MoveAllRelative(ways) => {
-                f.write_str("move by")?;
-                all_axes(f, ways.map(Signed))
-            }
-            Self::ActualPosition { axis, triggered: false } => {
-                write!(f, "read actual position of {}", Of(*axis))
-            }
-            Self::ActualPosition { axis, triggered: true } => {
-                write!(f, "read actual position of {} at the last trigger", Of(*axis))
-            }
-            Self::OpenChannel(None) => f.write_str("open channel"),
-            Self::OpenChannel(Some(channel)) => write!(f, "open channel {channel}"),
-            Self::OpenInterface(Trackball::MoveAndReport) => {
-                f.write_str("open trackball: move and report")
-            }
-            Self::OpenInterface(Trackball::Move) => f.write_str("open trackball: move"),
-            Self::OpenInterface(Trackball::Report) => f.write_str("open trackball: report"),
             Self::NominalPosition(axis) => write!(f, "read nominal position of {}", Of(*axis)),
-            Self::FollowVectors { axes, vectors } => follow(f, *axes, vectors),
             Self::ReadPort(port) => write!(f, "read {}", Port(*port)),
-            Self::RepeatBroken => f.write_str("repeat the broken-off command"),
+            Self::WritePort { port, data } => {
+                write!(f, "write {} to {}", Grouped((*data).into()), Port(*port))
+            }
             Self::Resolution { axis, resolution } => {
                 write!(f, "resolution of {} {resolution} (nm or 0.001″)", Of(*axis))
             }
@@ -105,27 +70,51 @@ impl Display for Command {
             Self::TravelSpeed(speed) => write!(f, "speed with the pen up {} µm/s", plain(*speed)),
             Self::ZSpeed(speed) => axis_speed(f, Axis::Z0, *speed),
             Self::AxisSpeed { axis, speed } => axis_speed(f, *axis, *speed),
-            Self::WritePort { port, data } => {
-                write!(f, "write {} to {}", Grouped((*data).into()), Port(*port))
+            command => command.motion(f),
+        }
+    }
+}
+
+impl Command {
+    /// Where a command moves to; the title of one that moves nothing.
+    fn motion(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ArcAbsolute { centre: [x, y], angle } => {
+                write!(f, "arc around X {} Y {}, {}", plain(*x), plain(*y), Angle(*angle))
             }
-            Self::MoveZAbsolute(to) => write!(f, "move to Z {}", plain(*to)),
-            Self::MoveZRelative(by) => write!(f, "move by Z {}", Signed(*by)),
+            Self::ArcRelative { centre: [x, y], angle } => {
+                let (x, y) = (Signed(*x), Signed(*y));
+                write!(f, "arc around X {x} Y {y} from here, {}", Angle(*angle))
+            }
+            Self::Circle(radius) => write!(f, "circle with the radius {}", plain(*radius)),
+            Self::EdgeAbsolute(place) => places(f, "rectangle to", &AXES, place.map(plain)),
+            Self::EdgeRelative(way) => places(f, "rectangle by", &AXES, way.map(Signed)),
+            Self::PlotAbsolute(positions) => plot(f, "to", positions, plain),
+            Self::PlotRelative(ways) => plot(f, "by", ways, Signed),
+            Self::MoveAllAbsolute(positions) => places(f, "move to", &AXES, positions.map(plain)),
+            Self::MoveAllRelative(ways) => places(f, "move by", &AXES, ways.map(Signed)),
+            Self::SpaceAbsolute(place) => places(f, "move to", &["X", "Y", "Z"], place.map(plain)),
+            Self::SpaceRelative(way) => places(f, "move by", &["X", "Y", "Z"], way.map(Signed)),
+            Self::MoveZAbsolute(to) => places(f, "move to", &["Z"], [plain(*to)]),
+            Self::MoveZRelative(by) => places(f, "move by", &["Z"], [Signed(*by)]),
             Self::MoveAxisAbsolute { axis, to } => {
-                write!(f, "move to {} {}", axis.name(), plain(*to))
+                places(f, "move to", &[axis.name()], [plain(*to)])
             }
             Self::MoveAxisRelative { axis, by } => {
-                write!(f, "move by {} {}", axis.name(), Signed(*by))
+                places(f, "move by", &[axis.name()], [Signed(*by)])
             }
-            Self::ClearBuffer => f.write_str("clear buffer"),
-            Self::GoOn => f.write_str("go on"),
-            Self::Repeat => f.write_str("repeat the last command"),
-            Self::Stop => f.write_str("stop after this command"),
-            Self::SpaceAbsolute([x, y, z]) => {
-                write!(f, "move to X {} Y {} Z {}", plain(*x), plain(*y), plain(*z))
-            }
-            Self::SpaceRelative([x, y, z]) => {
-                write!(f, "move by X {} Y {} Z {}", Signed(*x), Signed(*y), Signed(*z))
-            }
+            Self::FollowVectors { axes, vectors } => follow(f, *axes, vectors),
+            command => f.write_str(command.form().title),
+        }
+    }
+}
+
+impl Trackball {
+    fn name(self) -> &'static str {
+        match self {
+            Self::MoveAndReport => "move and report",
+            Self::Move => "move",
+            Self::Report => "report",
         }
     }
 }
@@ -166,11 +155,17 @@ fn more(f: &mut Formatter<'_>, count: usize) -> fmt::Result {
     if count > TOLD { write!(f, " and {} more", count - TOLD) } else { Ok(()) }
 }
 
-fn all_axes<T: Display>(f: &mut Formatter<'_>, values: [T; 6]) -> fmt::Result {
-    for (axis, value) in Axis::ALL.iter().zip(values) {
-        write!(f, " {} {value}", axis.name())?;
-    }
-    Ok(())
+/// The names of the axes, in the order of their numbers.
+const AXES: [&str; 6] = ["X", "Y", "Z0", "Z1", "Z2", "Z3"];
+
+fn places<T: Display, const N: usize>(
+    f: &mut Formatter<'_>,
+    what: &str,
+    axes: &[&str],
+    values: [T; N],
+) -> fmt::Result {
+    f.write_str(what)?;
+    axes.iter().zip(values).try_for_each(|(axis, value)| write!(f, " {axis} {value}"))
 }
 
 fn all_times(f: &mut Formatter<'_>, what: &str, times: [u32; 4]) -> fmt::Result {

@@ -135,6 +135,7 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
+    /// Fields are read in the order in which the values are sent.
     fn command(mut self, op: Op, records: &[u8]) -> Result<Command, Status> {
         Ok(match op {
             Op::ArcAbsolute => Command::ArcAbsolute { centre: self.pair()?, angle: self.angle()? },
@@ -153,8 +154,7 @@ impl Values<'_> {
             Op::PenUp => Command::PenUp,
             Op::PenSpeed => Command::PenSpeed(self.number()?),
             Op::AccelerationOf => {
-                let acceleration = self.whole()?;
-                Command::Acceleration { axis: Some(self.axis()?), acceleration }
+                Command::Acceleration { acceleration: self.whole()?, axis: Some(self.axis()?) }
             }
             Op::Acceleration => Command::Acceleration { axis: None, acceleration: self.whole()? },
             Op::CloseChannel => Command::CloseChannel(None),
@@ -178,41 +178,31 @@ impl Values<'_> {
             Op::OpenChannel => Command::OpenChannel(None),
             Op::OpenChannelOf => Command::OpenChannel(Some(self.whole()?)),
             Op::OpenInterface => Command::OpenInterface(self.trackball()?),
-            Op::NominalPosition => {
-                let number = self.whole()?;
-                Command::NominalPosition(axis_or_all(number)?)
-            }
+            Op::NominalPosition => Command::NominalPosition(axis_or_all(self.whole()?)?),
             Op::FollowVectors => self.follow_vectors(records)?,
             Op::ReadPort => Command::ReadPort(self.port()?),
             Op::RepeatBroken => Command::RepeatBroken,
             Op::ResolutionOf => {
-                let resolution = self.number()?;
-                Command::Resolution { axis: Some(self.axis()?), resolution }
+                Command::Resolution { resolution: self.number()?, axis: Some(self.axis()?) }
             }
             Op::Resolution => Command::Resolution { axis: None, resolution: self.number()? },
             Op::Range => {
-                let (min, max) = (self.whole()?, self.whole()?);
-                Command::Range { axis: self.axis()?, min, max }
+                Command::Range { min: self.whole()?, max: self.whole()?, axis: self.axis()? }
             }
             Op::DrillingTimes => Command::DrillingTimes(self.times()?),
             Op::MillingTimes => Command::MillingTimes(self.times()?),
             Op::SettlingTime => Command::SettlingTime(self.time()?),
             Op::Wait => Command::Wait(self.time()?),
-            Op::AxisSpeed => {
-                let speed = self.whole()?;
-                Command::AxisSpeed { axis: self.axis()?, speed }
-            }
+            Op::AxisSpeed => Command::AxisSpeed { speed: self.whole()?, axis: self.axis()? },
             Op::TravelSpeed => Command::TravelSpeed(self.whole()?),
             Op::ZSpeed => Command::ZSpeed(self.whole()?),
             Op::WritePort => Command::WritePort { port: self.port()?, data: self.word()? },
             Op::MoveAxisAbsolute => {
-                let to = self.whole()?;
-                Command::MoveAxisAbsolute { axis: self.axis()?, to }
+                Command::MoveAxisAbsolute { to: self.whole()?, axis: self.axis()? }
             }
             Op::MoveZAbsolute => Command::MoveZAbsolute(self.whole()?),
             Op::MoveAxisRelative => {
-                let by = self.whole()?;
-                Command::MoveAxisRelative { axis: self.axis()?, by }
+                Command::MoveAxisRelative { by: self.whole()?, axis: self.axis()? }
             }
             Op::MoveZRelative => Command::MoveZRelative(self.whole()?),
             Op::ClearBuffer => Command::ClearBuffer,

@@ -25,40 +25,31 @@ struct Printer {
 }
 
 impl Printer {
-    fn command(&mut self, command: &Command) {
+    fn command(&mut self, command: &Command) -> &mut Self {
         match command {
             Command::ArcAbsolute { centre, angle } | Command::ArcRelative { centre, angle } => {
-                self.wholes(centre);
-                self.number(Number { millionths: *angle });
+                self.wholes(centre).number(Number { millionths: *angle })
             }
             Command::Window(corners) => self.wholes(corners.as_flattened()),
-            Command::HardClipLimits(axis) | Command::Reference(axis) => {
-                self.axis(*axis);
-            }
+            Command::HardClipLimits(axis) | Command::Reference(axis) => self.axis(*axis),
             Command::PlotAbsolute(pairs) | Command::PlotRelative(pairs) => {
-                self.wholes(pairs.as_flattened());
+                self.wholes(pairs.as_flattened())
             }
             Command::EdgeAbsolute(place) | Command::EdgeRelative(place) => self.wholes(place),
             Command::SpaceAbsolute(place) | Command::SpaceRelative(place) => self.wholes(place),
             Command::PenSpeed(speed) => self.number(*speed),
-            Command::Acceleration { axis, acceleration } => {
-                self.whole(*acceleration);
-                self.axis(*axis);
-            }
-            Command::Resolution { axis, resolution } => {
-                self.number(*resolution);
-                self.axis(*axis);
-            }
+            Command::Acceleration { axis, acceleration } => self.whole(*acceleration).axis(*axis),
+            Command::Resolution { axis, resolution } => self.number(*resolution).axis(*axis),
             Command::CloseChannel(channel) | Command::OpenChannel(channel) => {
-                channel.iter().for_each(|&channel| self.whole(channel));
+                self.wholes(channel.as_slice())
             }
             Command::SetMode(mode) => self.whole(*mode == Mode::Milling),
             Command::Echo(on) | Command::ExternalStop(on) | Command::Spindle(on) => self.whole(*on),
             Command::MoveAllAbsolute(positions) | Command::MoveAllRelative(positions) => {
-                self.wholes(positions);
+                self.wholes(positions)
             }
             Command::ActualPosition { axis, triggered } => {
-                self.whole(axis_or_all(*axis) + if *triggered { 0 } else { 100 });
+                self.whole(axis_or_all(*axis) + if *triggered { 0 } else { 100 })
             }
             Command::OpenInterface(trackball) => self.whole(match trackball {
                 Trackball::MoveAndReport => 1,
@@ -67,18 +58,11 @@ impl Printer {
             }),
             Command::NominalPosition(axis) => self.whole(axis_or_all(*axis)),
             Command::FollowVectors { axes, vectors } => {
-                axes.iter().for_each(|&axis| self.axis(Some(axis)));
-                vectors.iter().for_each(|vector| self.vector(vector));
-                self.text.push('\r');
+                self.wholes(&axes.map(|axis| axis as i32)).vectors(vectors)
             }
             Command::ReadPort(port) => self.whole(*port),
-            Command::Range { axis, min, max } => {
-                self.wholes(&[*min, *max]);
-                self.axis(Some(*axis));
-            }
-            Command::DrillingTimes(times) | Command::MillingTimes(times) => {
-                times.iter().for_each(|&time| self.whole(time));
-            }
+            Command::Range { axis, min, max } => self.wholes(&[*min, *max]).axis(Some(*axis)),
+            Command::DrillingTimes(times) | Command::MillingTimes(times) => self.wholes(times),
             Command::SettlingTime(time) | Command::Wait(time) => self.whole(*time),
             Command::TravelSpeed(value)
             | Command::ZSpeed(value)
@@ -87,14 +71,8 @@ impl Printer {
             | Command::MoveZRelative(value) => self.whole(*value),
             Command::AxisSpeed { axis, speed: value }
             | Command::MoveAxisAbsolute { axis, to: value }
-            | Command::MoveAxisRelative { axis, by: value } => {
-                self.whole(*value);
-                self.axis(Some(*axis));
-            }
-            Command::WritePort { port, data } => {
-                self.whole(*port);
-                self.whole(*data);
-            }
+            | Command::MoveAxisRelative { axis, by: value } => self.whole(*value).axis(Some(*axis)),
+            Command::WritePort { port, data } => self.whole(*port).whole(*data),
             Command::Initialize
             | Command::OutputStatus
             | Command::PenDown
@@ -108,7 +86,7 @@ impl Printer {
             | Command::ClearBuffer
             | Command::GoOn
             | Command::Repeat
-            | Command::Stop => {}
+            | Command::Stop => self,
         }
     }
 
@@ -121,21 +99,29 @@ impl Printer {
         &mut self.text
     }
 
-    fn whole(&mut self, number: impl Into<i64>) {
+    fn whole(&mut self, number: impl Into<i64>) -> &mut Self {
         // Writing to a string cannot fail.
         let _ = write!(self.field(), "{}", number.into());
+        self
     }
 
-    fn wholes(&mut self, numbers: &[i32]) {
-        numbers.iter().for_each(|&number| self.whole(number));
+    fn wholes<N: Into<i64> + Copy>(&mut self, numbers: &[N]) -> &mut Self {
+        numbers.iter().fold(self, |printer, &number| printer.whole(number))
     }
 
-    fn axis(&mut self, axis: Option<Axis>) {
-        axis.iter().for_each(|&axis| self.whole(axis as u8));
+    fn axis(&mut self, axis: Option<Axis>) -> &mut Self {
+        self.wholes(axis.map(|axis| axis as u8).as_slice())
     }
 
-    fn number(&mut self, number: Number) {
+    fn number(&mut self, number: Number) -> &mut Self {
         let _ = write!(self.field(), "{number}");
+        self
+    }
+
+    fn vectors(&mut self, vectors: &[Vector]) -> &mut Self {
+        vectors.iter().for_each(|vector| self.vector(vector));
+        self.text.push('\r');
+        self
     }
 
     /// A record on a line of its own: zeros can be left out, but a record must not be empty.

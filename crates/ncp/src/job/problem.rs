@@ -670,9 +670,6 @@ impl Problem {
             OutsidePlane { .. } | OffPlane { .. } => "leave the word out, or choose another PLANE",
             EndMissing => "end the job with PROGEND, if all of it is there",
             CutOff => "if all of it is there, end the line, and write PROGEND in the next one",
-            NearlyWhole => {
-                "leave the end out if a whole circle is meant; otherwise turn the other way, or leave the arc out"
-            }
             BeyondLimit { .. } => {
                 "say with --zero X,Y,Z where the work-piece lies, or set another LIMIT"
             }
@@ -680,65 +677,19 @@ impl Problem {
                 "say where the work-piece lies, with --zero X,Y,Z or in the machine's profile, [job.zero], or choose a larger machine"
             }
             BeyondCounter { .. } => "a counter has 24 bits: -8388608 to 8388607 steps",
-            NoRadius => {
-                "I and J give the centre: in ABS from the work-piece zero, in REL from the start"
+            NoRadius | UnevenRadius { .. } | NearlyWhole | TwoCentres | SweepDiffers { .. } => {
+                self.arc_help()?
             }
-            UnevenRadius { .. } => {
-                "centre and end must fit; in ABS both count from the work-piece zero, in REL from the start"
+            SpeedCapped { .. } | SpeedRaised { .. } | SlowPieces { .. } => {
+                return self.speed_help();
             }
-            SpeedCapped { set_by, .. } => return Some(format!("ask for less with {set_by}")),
-            SpeedRaised { set_by: SetBy::Drill { in_mm, inch: false }, wanted, .. } => {
-                return Some(more_of_v(wanted, in_mm));
-            }
-            SpeedRaised { set_by, .. } => return Some(format!("ask for more with {set_by}")),
             AccelerationFixed => "imc-m, imc-mp and imc-s8 can",
-            PortsUnmapped { ports, .. } => {
-                return Some(format!(
-                    "add to the machine's profile, each with the number of its port: [job.ports] {}",
-                    ports.profile_lines()
-                ));
+            PortsUnmapped { .. } | NoWire { .. } | WaitUnreachable { .. } => {
+                return self.port_help();
             }
-            NoWire { port, .. } => {
-                return Some(format!(
-                    "use a bit with a wire, or connect {port} to another port of the controller \
-                     in the machine's profile, [job.ports]"
-                ));
-            }
-            NoWireBehind { .. } => {
-                "`vimc4 models show` lists the wires; the machine's profile names the bit under [job]"
-            }
-            WaitUnreachable { port, free, .. } => {
-                let bits = match free {
-                    0 => String::new(),
-                    _ => format!(
-                        "wait for single bits, as in WAITBIT {port}.{}=1, or ",
-                        free.trailing_zeros() + 1
-                    ),
-                };
-                return Some(format!(
-                    "{bits}connect {port} to another port of the controller in the machine's \
-                     profile, [job.ports]"
-                ));
-            }
-            NoSuchPort { .. } => {
-                "`vimc4 models show` lists its ports; the machine's profile maps them under [job]"
-            }
-            NoSpindle => "name its port in the machine's profile: [job.spindle.on] port = 2",
-            NoSpindleDirection => {
-                "name its output in the machine's profile, [job.spindle.counterclockwise]"
-            }
-            NoSpindleSpeed => {
-                "name its analogue output in the machine's profile, [job.spindle.analogue]"
-            }
-            SlowPieces { why: Why::AWithOthers, .. } => {
-                "move A by itself, or allow it more steps in the machine's profile: [job] apart = 4"
-            }
-            SlowPieces { why: Why::Curve(Reason::NoHelix), .. } => {
-                "choose a model that has helices, imc-m, imc-mp or imc-s8, or a lower VEL"
-            }
-            SlowPieces { .. } => "a lower VEL loses less",
-            NotConnected(_) => {
-                "name the outputs in the machine's profile, [job.coolant] and [job.accessories]"
+            NoWireBehind { .. } | NoSuchPort { .. } => self.wire_help()?,
+            NoSpindle | NoSpindleDirection | NoSpindleSpeed | NotConnected(_) => {
+                self.wire_help()?
             }
             BehindEnd => "move PROGEND to the end, or leave the rest out",
             MillimetreRadius(_) => "radii are in µm: CYL A25000 Y for 25 mm",
@@ -753,8 +704,6 @@ impl Problem {
             ZeroBeforeReference { .. } => {
                 "reference all axes first, as in REF XYZ, and take the zero after it"
             }
-            TwoCentres => "leave one of them",
-            SweepDiffers { .. } => "leave W out, or correct the end",
             PathIgnored | ToolIgnored | ToolLeftOut(_) | SpindleCapped(_) | WaitRounded(_) => {
                 return None;
             }
@@ -763,10 +712,7 @@ impl Problem {
             }
             NoDepth => "define it first, as in DRILLDEF D2000",
             NoOtherSteps => "define them too, as in DRILLDEF F1000 O500",
-            ForFiles("HALT") => "the job waits already",
-            ForFiles("GETTOOL") => "put the tool in, and go on",
-            ForFiles("WPTEACH") => "move to where the zero is, and type WPZERO",
-            ForFiles(_) => "q ends the job",
+            ForFiles(command) => at_the_terminal(command),
             NoDrillSteps => "define them first, as in DRILLDEF F1000 O500",
             MillimetresMeant(_) => "if the file gives millimetres, add --drilldef-unit mm",
             NotRotary(_) => "name the turning axis first, as in CYL A5000 Y",
@@ -777,17 +723,116 @@ impl Problem {
                 "run the job with `vimc4 send`, or leave the line out, changes of the tool with \
                  --leave-out-tool-changes"
             }
-            TooLarge { needed, there } => {
-                return Some(format!(
-                    "split the job into {} or more: the first ends before this line with PROGEND, \
-                     and the next begins at this line, after the settings that hold there; or send \
-                     it with `vimc4 send`, which stores nothing",
-                    needed.div_ceil(there.max(1))
-                ));
-            }
+            TooLarge { needed, there } => return Some(smaller(needed, there)),
         };
         Some(help.to_owned())
     }
+
+    fn arc_help(self) -> Option<&'static str> {
+        Some(match self {
+            Problem::NearlyWhole => {
+                "leave the end out if a whole circle is meant; otherwise turn the other way, or leave the arc out"
+            }
+            Problem::NoRadius => {
+                "I and J give the centre: in ABS from the work-piece zero, in REL from the start"
+            }
+            Problem::UnevenRadius { .. } => {
+                "centre and end must fit; in ABS both count from the work-piece zero, in REL from the start"
+            }
+            Problem::TwoCentres => "leave one of them",
+            Problem::SweepDiffers { .. } => "leave W out, or correct the end",
+            _ => return None,
+        })
+    }
+
+    fn wire_help(self) -> Option<&'static str> {
+        Some(match self {
+            Problem::NoWireBehind { .. } => {
+                "`vimc4 models show` lists the wires; the machine's profile names the bit under [job]"
+            }
+            Problem::NoSuchPort { .. } => {
+                "`vimc4 models show` lists its ports; the machine's profile maps them under [job]"
+            }
+            Problem::NoSpindle => {
+                "name its port in the machine's profile: [job.spindle.on] port = 2"
+            }
+            Problem::NoSpindleDirection => {
+                "name its output in the machine's profile, [job.spindle.counterclockwise]"
+            }
+            Problem::NoSpindleSpeed => {
+                "name its analogue output in the machine's profile, [job.spindle.analogue]"
+            }
+            Problem::NotConnected(_) => {
+                "name the outputs in the machine's profile, [job.coolant] and [job.accessories]"
+            }
+            _ => return None,
+        })
+    }
+
+    fn speed_help(self) -> Option<String> {
+        Some(match self {
+            Problem::SpeedCapped { set_by, .. } => format!("ask for less with {set_by}"),
+            Problem::SpeedRaised {
+                set_by: SetBy::Drill { in_mm, inch: false }, wanted, ..
+            } => more_of_v(wanted, in_mm),
+            Problem::SpeedRaised { set_by, .. } => format!("ask for more with {set_by}"),
+            Problem::SlowPieces { why, .. } => match why {
+                Why::AWithOthers => {
+                    "move A by itself, or allow it more steps in the machine's profile: [job] apart = 4"
+                }
+                Why::Curve(Reason::NoHelix) => {
+                    "choose a model that has helices, imc-m, imc-mp or imc-s8, or a lower VEL"
+                }
+                _ => "a lower VEL loses less",
+            }
+            .to_owned(),
+            _ => return None,
+        })
+    }
+
+    fn port_help(self) -> Option<String> {
+        let connect = |port: PortName| {
+            format!(
+                "connect {port} to another port of the controller in the machine's profile, [job.ports]"
+            )
+        };
+        Some(match self {
+            Problem::PortsUnmapped { ports, .. } => format!(
+                "add to the machine's profile, each with the number of its port: [job.ports] {}",
+                ports.profile_lines()
+            ),
+            Problem::NoWire { port, .. } => {
+                format!("use a bit with a wire, or {}", connect(port))
+            }
+            Problem::WaitUnreachable { port, free: 0, .. } => connect(port),
+            Problem::WaitUnreachable { port, free, .. } => format!(
+                "wait for single bits, as in WAITBIT {port}.{}=1, or {}",
+                free.trailing_zeros() + 1,
+                connect(port)
+            ),
+            _ => return None,
+        })
+    }
+}
+
+/// What a command of files is at the terminal.
+fn at_the_terminal(command: &str) -> &'static str {
+    match command {
+        "HALT" => "the job waits already",
+        "GETTOOL" => "put the tool in, and go on",
+        "WPTEACH" => "move to where the zero is, and type WPZERO",
+        _ => "q ends the job",
+    }
+}
+
+/// How a job is split that is too large for the memory.
+fn smaller(needed: u32, there: u32) -> String {
+    format!(
+        "split the job into {} or more: the first ends before this line with PROGEND, and the next \
+         begins at this line, after the settings that hold there; or send it with `vimc4 send`, \
+         which stores nothing",
+        needed.div_ceil(there.max(1))
+    )
 }
 
 #[cfg(test)]

@@ -117,22 +117,7 @@ impl<'t> Reader<'t, '_> {
                 self.pass_over();
                 Instruction::End
             }
-            Form::Anything(command) => {
-                // Postprocessors write all kinds of terms after TYPE: `Spindle:18000r.p.m`.
-                let start = name.start + reference::MARK.len() as u32;
-                let text = Span { start, ..self.whole_line(name) };
-                let hidden = match command {
-                    Instruction::Mark => lenient::command_in(self.text(text)),
-                    _ => None,
-                };
-                if let Some((at, hidden)) = hidden {
-                    let start = text.start + at as u32;
-                    let span = Span { start, end: start + hidden.len() as u32 };
-                    self.say(span, Problem::Swallowed { by: info.name, command: hidden });
-                }
-                self.pass_over_all();
-                command
-            }
+            Form::Anything(command) => self.anything(command, info, name),
             Form::Move(frame, rate) => Instruction::Move(frame, rate, self.axes(info, name)),
             Form::ZeroAt => Instruction::ZeroAt(self.axes(info, name)),
             Form::Acceleration => Instruction::Acceleration(self.axes(info, name)),
@@ -179,20 +164,7 @@ impl<'t> Reader<'t, '_> {
             Form::Cylinder => self.cylinder(info, name)?,
             Form::Spindle => self.spindle(info, name),
             Form::Switch(accessory) => self.switch(info, name, accessory),
-            Form::Numbered(accessories) => {
-                self.ends();
-                // The first coolant needs no number.
-                let number = match self.next_is(token::digits) {
-                    false if accessories.contains(&Accessory::Coolant) => 1,
-                    false => {
-                        self.missing(info, name, "number");
-                        return None;
-                    }
-                    true => self.count("the number", 1..=accessories.len() as u8)?,
-                };
-                let place = usize::from(number).checked_sub(1)?;
-                self.switch(info, name, *accessories.get(place)?)
-            }
+            Form::Numbered(accessories) => self.numbered(info, name, accessories)?,
             Form::ZeroHere => match self.take(token::standard) {
                 Some(_) => Instruction::ZeroStandard,
                 None => Instruction::ZeroHere,
@@ -202,6 +174,50 @@ impl<'t> Reader<'t, '_> {
                 Instruction::ToolDefinition
             }
         })
+    }
+
+    /// A command behind which anything may stand, up to the end of the line.
+    fn anything(
+        &mut self,
+        command: Instruction,
+        info: &'static CommandInfo,
+        name: Span,
+    ) -> Instruction {
+        // Postprocessors write all kinds of terms after TYPE: `Spindle:18000r.p.m`.
+        let start = name.start + reference::MARK.len() as u32;
+        let text = Span { start, ..self.whole_line(name) };
+        let hidden = match command {
+            Instruction::Mark => lenient::command_in(self.text(text)),
+            _ => None,
+        };
+        if let Some((at, hidden)) = hidden {
+            let start = text.start + at as u32;
+            let span = Span { start, end: start + hidden.len() as u32 };
+            self.say(span, Problem::Swallowed { by: info.name, command: hidden });
+        }
+        self.pass_over_all();
+        command
+    }
+
+    /// One of several accessories, by its number.
+    fn numbered(
+        &mut self,
+        info: &'static CommandInfo,
+        name: Span,
+        accessories: &[Accessory],
+    ) -> Option<Instruction> {
+        self.ends();
+        // The first coolant needs no number.
+        let number = match self.next_is(token::digits) {
+            false if accessories.contains(&Accessory::Coolant) => 1,
+            false => {
+                self.missing(info, name, "number");
+                return None;
+            }
+            true => self.count("the number", 1..=accessories.len() as u8)?,
+        };
+        let place = usize::from(number).checked_sub(1)?;
+        Some(self.switch(info, name, *accessories.get(place)?))
     }
 
     fn axes(&mut self, info: &'static CommandInfo, name: Span) -> [Option<Word>; 6] {

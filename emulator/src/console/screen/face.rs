@@ -150,43 +150,12 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
             false => ears.next(longest),
         };
         let Some(happening) = happening else { continue };
-        let next = match happening {
-            Happening::Terminal(Ok(Event::Key(key))) if key.kind != KeyEventKind::Release => {
-                handle(&mut look, session, key)
-            }
-            Happening::Terminal(Ok(Event::Paste(text))) => {
-                if look.prompt.is_open {
-                    let printed = text.chars().filter(|c| !c.is_control());
-                    printed.for_each(|c| insert(&mut look.prompt, c));
-                }
-                Next::GoOn
-            }
-            Happening::Terminal(Ok(_)) => Next::GoOn,
-            Happening::Terminal(Err(_)) => break Leaving::Quits,
-            Happening::Report(report) => {
-                live::follow(&mut session.debugger, &report);
-                Next::GoOn
-            }
-            Happening::Paused(reports, report) => {
-                match session.paused(reports, &report) {
-                    Ok(Some(said)) => session.say(&said, SaidKind::Answer),
-                    Ok(None) => ears.follow(session),
-                    Err(Wrong(wrong)) => session.say(&wrong, SaidKind::Wrong),
-                }
-                Next::GoOn
-            }
-            Happening::Ended => {
-                session.say("the controller has ended", SaidKind::Wrong);
-                Next::GoOn
-            }
-        };
-        match next {
+        match answer(happening, &mut look, session, &mut ears) {
             Next::GoOn => {}
-            Next::LetGo(until) => match session.let_go(until) {
-                Ok(None) => ears.follow(session),
-                Ok(Some(said)) => session.say(&said, SaidKind::Answer),
-                Err(Wrong(wrong)) => session.say(&wrong, SaidKind::Wrong),
-            },
+            Next::LetGo(until) => {
+                let let_go = session.let_go(until);
+                follow(let_go, session, &mut ears);
+            }
             Next::Leave(leaving) => break leaving,
             Next::Redraw => stage.0.clear().map_err(failed)?,
             Next::Suspend => {
@@ -203,6 +172,37 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
     session.show = shown_before;
     drop(stage);
     Ok(leaving)
+}
+
+/// Handles a key, a report or a pause, and says what the screen does next.
+fn answer(happening: Happening, look: &mut Look, session: &mut Session, ears: &mut Ears) -> Next {
+    match happening {
+        Happening::Terminal(Ok(Event::Key(key))) if key.kind != KeyEventKind::Release => {
+            return handle(look, session, key);
+        }
+        Happening::Terminal(Ok(Event::Paste(text))) if look.prompt.is_open => {
+            let printed = text.chars().filter(|c| !c.is_control());
+            printed.for_each(|c| insert(&mut look.prompt, c));
+        }
+        Happening::Terminal(Ok(_)) => {}
+        Happening::Terminal(Err(_)) => return Next::Leave(Leaving::Quits),
+        Happening::Report(report) => live::follow(&mut session.debugger, &report),
+        Happening::Paused(reports, report) => {
+            let paused = session.paused(reports, &report);
+            follow(paused, session, ears);
+        }
+        Happening::Ended => session.say("the controller has ended", SaidKind::Wrong),
+    }
+    Next::GoOn
+}
+
+/// Follows a controller that runs on, or shows what it has answered.
+fn follow(answered: Result<Option<String>, Wrong>, session: &mut Session, ears: &mut Ears) {
+    match answered {
+        Ok(Some(said)) => session.say(&said, SaidKind::Answer),
+        Ok(None) => ears.follow(session),
+        Err(Wrong(wrong)) => session.say(&wrong, SaidKind::Wrong),
+    }
 }
 
 /// Whether the last line has something else than was drawn there.

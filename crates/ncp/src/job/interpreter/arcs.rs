@@ -16,31 +16,7 @@ impl Interpreter<'_> {
         let plane = self.state.plane;
         let (first, second) = plane.axes();
         let third = plane.third();
-        let in_use = |axis| axis == first || axis == second || words.helix && axis == third;
-        let mut to = words.to;
-        let asked = self.place_of(words.frame, &words.to).ok();
-        for (axis, word) in to.iter_mut().enumerate().filter(|(axis, _)| !in_use(*axis)) {
-            let Some(word) = word.take() else { continue };
-            let at = asked.and_then(|asked| asked.get(axis).copied());
-            let elsewhere = at.filter(|at| self.state.place.get(axis) != Some(at));
-            let helix = (axis == third).then(|| words.as_helix());
-            sink.say_at(
-                word.span,
-                match elsewhere {
-                    Some(at) => Problem::OffPlane { axis, at, helix },
-                    None => Problem::OutsidePlane { word: LETTERS[axis], helix },
-                },
-            );
-        }
-        for axis in (0..3).filter(|&axis| in_use(axis)) {
-            // A helix without a third word needs no third axis.
-            if !self.target.axes.has(axis) && (axis != third || to[third].is_some()) {
-                return Err((sink.span, Problem::NoSuchAxis(axis)));
-            }
-            if self.state.cylinder.is_some_and(|cylinder| cylinder.linear == axis) {
-                return Err((sink.span, Problem::OnCylinder(axis)));
-            }
-        }
+        let to = self.words_in_use(words, sink)?;
         let to_place = self.place_of(words.frame, &to)?;
         let centre_words = words.centre_of(plane, sink)?;
         self.begin(sink);
@@ -108,6 +84,38 @@ impl Interpreter<'_> {
         self.warn_of_curve_speed(&parameters, sink);
         sink.push(Action::Curve(Box::new(parameters)));
         Ok(())
+    }
+
+    /// The words of the axes that an arc moves. It leaves out the others.
+    fn words_in_use(&self, words: &ArcWords, sink: &mut Sink<'_>) -> Result<Words, Refusal> {
+        let (first, second) = self.state.plane.axes();
+        let third = self.state.plane.third();
+        let in_use = |axis| axis == first || axis == second || words.helix && axis == third;
+        let mut to = words.to;
+        let asked = self.place_of(words.frame, &words.to).ok();
+        for (axis, word) in to.iter_mut().enumerate().filter(|(axis, _)| !in_use(*axis)) {
+            let Some(word) = word.take() else { continue };
+            let at = asked.and_then(|asked| asked.get(axis).copied());
+            let elsewhere = at.filter(|at| self.state.place.get(axis) != Some(at));
+            let helix = (axis == third).then(|| words.as_helix());
+            sink.say_at(
+                word.span,
+                match elsewhere {
+                    Some(at) => Problem::OffPlane { axis, at, helix },
+                    None => Problem::OutsidePlane { word: LETTERS[axis], helix },
+                },
+            );
+        }
+        for axis in (0..3).filter(|&axis| in_use(axis)) {
+            // A helix without a third word needs no third axis.
+            if !self.target.axes.has(axis) && (axis != third || to[third].is_some()) {
+                return Err((sink.span, Problem::NoSuchAxis(axis)));
+            }
+            if self.state.cylinder.is_some_and(|cylinder| cylinder.linear == axis) {
+                return Err((sink.span, Problem::OnCylinder(axis)));
+            }
+        }
+        Ok(to)
     }
 
     /// Whether an arc is so small that a step is longer than its radius. A centre that is the
