@@ -166,51 +166,37 @@ impl fmt::Display for Answer {
                 watches.iter().try_for_each(|watched| write!(f, "\n    {watched}"))
             }
             Answer::Breakpoint(id, text) => write!(f, "breakpoint {id}: {text}"),
-            Answer::Breakpoints(list) if list.is_empty() => f.write_str("there are no breakpoints"),
-            Answer::Breakpoints(list) => lines(f, list, |f, (breakpoint, text)| {
-                let off = if breakpoint.is_enabled { "" } else { "  (disabled)" };
-                let times = if breakpoint.count == 1 { "time" } else { "times" };
-                write!(f, "{:>3}  {text}  {} {times}{off}", breakpoint.id, breakpoint.count)
-            }),
+            Answer::Breakpoints(list) => {
+                lines(f, list, "there are no breakpoints", |f, (breakpoint, text)| {
+                    let off = if breakpoint.is_enabled { "" } else { "  (disabled)" };
+                    let times = if breakpoint.count == 1 { "time" } else { "times" };
+                    write!(f, "{:>3}  {text}  {} {times}{off}", breakpoint.id, breakpoint.count)
+                })
+            }
             Answer::Notes(notes, more) => {
-                if notes.is_empty() {
-                    return f.write_str("never");
-                }
-                lines(f, notes, |f, note| write!(f, "{}  {}", time(note.at), note.text))?;
-                if *more { f.write_str("\nand more") } else { Ok(()) }
+                lines(f, notes, "never", |f, note| write!(f, "{}  {}", time(note.at), note.text))?;
+                if *more && !notes.is_empty() { f.write_str("\nand more") } else { Ok(()) }
             }
             Answer::Where(place) => write!(f, "{place}"),
             Answer::Value(variable) if variable.parts() == 0 => f.write_str(&variable.text()),
             Answer::Value(variable) => write!(f, "{variable}"),
-            Answer::Watches(watches) if watches.is_empty() => f.write_str("nothing is watched"),
             Answer::Watches(watches) => {
-                let mut number = 0;
-                lines(f, watches, |f, watched| {
-                    number += 1;
-                    write!(f, "{number:>3}  {watched}")
-                })
+                numbered(f, watches, "nothing is watched", |watched| watched.to_string())
             }
             Answer::Listing(listing) => write!(f, "{listing}"),
-            Answer::Frames(frames) => lines(f, frames, |f, frame| write!(f, "{frame}")),
-            Answer::Candidates(list) if list.is_empty() => {
-                f.write_str("nothing that can be listed")
-            }
-            Answer::Candidates(list) => {
-                lines(f, list, |f, word| write!(f, "{:<18} {}", word.text, word.about))
-            }
+            Answer::Frames(frames) => lines(f, frames, "", |f, frame| write!(f, "{frame}")),
+            Answer::Candidates(list) => lines(f, list, "nothing that can be listed", |f, word| {
+                write!(f, "{:<18} {}", word.text, word.about)
+            }),
             Answer::Motion(None) => f.write_str("nothing moves"),
             Answer::Motion(Some(motion)) => write!(f, "{motion}"),
-            Answer::Timers(timers) if timers.is_empty() => f.write_str("nothing is due"),
-            Answer::Timers(timers) => {
-                lines(f, timers, |f, timer| write!(f, "{}  {}", time(timer.due), timer.cause))
-            }
+            Answer::Timers(timers) => lines(f, timers, "nothing is due", |f, timer| {
+                write!(f, "{}  {}", time(timer.due), timer.cause)
+            }),
             Answer::Queue { used, size } => write!(f, "{used} of {size} bytes wait"),
             Answer::Flash(image) if image.is_empty() => f.write_str("the memory is empty"),
-            Answer::Flash(image) => {
-                let text = String::from_utf8_lossy(image);
-                f.write_str(text.trim_end())
-            }
-            Answer::Signals(signals) => lines(f, signals, |f, signal| match signal.value {
+            Answer::Flash(image) => f.write_str(String::from_utf8_lossy(image).trim_end()),
+            Answer::Signals(signals) => lines(f, signals, "", |f, signal| match signal.value {
                 Some(value) => write!(f, "{:<16} {value}", signal.name),
                 None => write!(f, "{:<16} -", signal.name),
             }),
@@ -218,22 +204,19 @@ impl fmt::Display for Answer {
             Answer::Change(None) => f.write_str("it has not changed; still here"),
             Answer::Change(Some(change)) => write!(f, "{change}"),
             Answer::Parting(parting) => write!(f, "{parting}"),
-            Answer::Differences(list, _) if list.is_empty() => {
-                f.write_str("the emulation does what is recorded, as far as it is read")
-            }
             Answer::Differences(list, more) => {
-                let mut number = 0;
-                lines(f, list, |f, mismatch| {
-                    number += 1;
-                    write!(f, "{number:>3}  {}  {mismatch}", time(mismatch.at))
-                })?;
-                if *more == 0 { Ok(()) } else { write!(f, "\nand {more} more") }
+                let none = "the emulation does what is recorded, as far as it is read";
+                let text = |own: &Mismatch| format!("{}  {own}", time(own.at));
+                numbered(f, list, none, text)?;
+                match more {
+                    1.. if !list.is_empty() => write!(f, "\nand {more} more"),
+                    _ => Ok(()),
+                }
             }
-            Answer::Marks(marks) if marks.is_empty() => f.write_str("no moment has a name"),
-            Answer::Marks(marks) => lines(f, marks, |f, (name, place)| {
+            Answer::Marks(marks) => lines(f, marks, "no moment has a name", |f, (name, place)| {
                 write!(f, "{:<16} {}", name, time(place.moment.at))
             }),
-            Answer::Branches(branches, present) => lines(f, branches, |f, branch| {
+            Answer::Branches(branches, present) => lines(f, branches, "", |f, branch| {
                 let marker = if branch.id == *present { '*' } else { ' ' };
                 let (first, end) = (time(branch.first.at), time(branch.end.at));
                 write!(f, "{marker} {:<24} {first} to {end}", branch.name)?;
@@ -243,48 +226,45 @@ impl fmt::Display for Answer {
             }),
             Answer::Text(text) => f.write_str(text),
             Answer::Digest(digest) => write!(f, "{digest:016x}"),
-            Answer::Usage(usage, share) => {
-                write!(
-                    f,
-                    "{} inputs, {} kB; {} states, {} kB at least",
-                    usage.inputs,
-                    usage.input_bytes / 1_024,
-                    usage.snapshots,
-                    usage.snapshot_bytes / 1_024
-                )?;
-                share.map_or(Ok(()), |share| write!(f, "; {} % of it is read", share / 10))
-            }
-            Answer::Help(deeds) => {
-                for (place, group) in Group::ALL.into_iter().enumerate() {
-                    let between = if place > 0 { "\n\n" } else { "" };
-                    write!(f, "{between}{group}")?;
-                    for directive in TABLE.iter().filter(|directive| directive.group == group) {
-                        let short =
-                            directive.short.map_or(String::new(), |short| format!(" ({short})"));
-                        let name = format!("{}{short}", directive.name);
-                        write!(f, "\n  {name:<18} {}", directive.about)?;
-                    }
-                    if group == Group::Doing {
-                        deeds
-                            .iter()
-                            .try_for_each(|(typed, about)| write!(f, "\n  {typed:<18} {about}"))?;
-                    }
-                }
-                f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")
-            }
-            Answer::HelpOn(directive) => {
-                write!(f, "{}", directive.usage())?;
-                if let Some(short) = directive.short {
-                    write!(f, "  (or {short})")?;
-                }
-                write!(f, "\n    {}.", capital(directive.about))?;
-                if !directive.more.is_empty() {
-                    write!(f, "\n    {}", directive.more)?;
-                }
-                write!(f, "\n    For example: {}", directive.example)
-            }
+            Answer::Usage(usage, share) => used(f, usage, *share),
+            Answer::Help(deeds) => help(f, deeds),
+            Answer::HelpOn(directive) => help_on(f, directive),
         }
     }
+}
+
+fn used(f: &mut fmt::Formatter<'_>, usage: &Usage, share: Option<u32>) -> fmt::Result {
+    let (input_kb, snapshot_kb) = (usage.input_bytes / 1_024, usage.snapshot_bytes / 1_024);
+    write!(f, "{} inputs, {input_kb} kB; ", usage.inputs)?;
+    write!(f, "{} states, {snapshot_kb} kB at least", usage.snapshots)?;
+    share.map_or(Ok(()), |share| write!(f, "; {} % of it is read", share / 10))
+}
+
+fn help(f: &mut fmt::Formatter<'_>, deeds: &[(String, String)]) -> fmt::Result {
+    for (place, group) in Group::ALL.into_iter().enumerate() {
+        let between = if place > 0 { "\n\n" } else { "" };
+        write!(f, "{between}{group}")?;
+        for directive in TABLE.iter().filter(|directive| directive.group == group) {
+            let short = directive.short.map_or(String::new(), |short| format!(" ({short})"));
+            let name = format!("{}{short}", directive.name);
+            write!(f, "\n  {name:<18} {}", directive.about)?;
+        }
+        let mut deeds = deeds.iter().filter(|_| group == Group::Doing);
+        deeds.try_for_each(|(typed, about)| write!(f, "\n  {typed:<18} {about}"))?;
+    }
+    f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")
+}
+
+fn help_on(f: &mut fmt::Formatter<'_>, directive: &Directive) -> fmt::Result {
+    write!(f, "{}", directive.usage())?;
+    if let Some(short) = directive.short {
+        write!(f, "  (or {short})")?;
+    }
+    write!(f, "\n    {}.", capital(directive.about))?;
+    if !directive.more.is_empty() {
+        write!(f, "\n    {}", directive.more)?;
+    }
+    write!(f, "\n    For example: {}", directive.example)
 }
 
 fn capital(text: &str) -> String {
@@ -293,11 +273,16 @@ fn capital(text: &str) -> String {
     first.unwrap_or_default() + chars.as_str()
 }
 
+/// A line for each; `none` if there are none.
 fn lines<T>(
     f: &mut fmt::Formatter<'_>,
     things: &[T],
+    none: &str,
     mut line: impl FnMut(&mut fmt::Formatter<'_>, &T) -> fmt::Result,
 ) -> fmt::Result {
+    if things.is_empty() {
+        return f.write_str(none);
+    }
     for (place, thing) in things.iter().enumerate() {
         if place > 0 {
             f.write_str("\n")?;
@@ -305,4 +290,17 @@ fn lines<T>(
         line(f, thing)?;
     }
     Ok(())
+}
+
+/// The same, with numbers from 1 on.
+fn numbered<T>(
+    f: &mut fmt::Formatter<'_>,
+    things: &[T],
+    none: &str,
+    text: impl Fn(&T) -> String,
+) -> fmt::Result {
+    let mut numbers = 1..;
+    lines(f, things, none, |f, thing| {
+        write!(f, "{:>3}  {}", numbers.next().unwrap_or(0), text(thing))
+    })
 }

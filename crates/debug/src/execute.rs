@@ -18,7 +18,7 @@ use crate::breakpoint::{Breakpoint, Hits, Note, Options};
 use crate::debugger::Debugger;
 use crate::expression::{begins_with_operator, in_braces};
 use crate::field::is_axis;
-use crate::table::{Directive, TABLE};
+use crate::table::{Directive, Group, TABLE};
 use crate::walk::Walk;
 use crate::why::About;
 use crate::{
@@ -29,6 +29,28 @@ type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
 
 /// What ends a command of every family: CR.
 const END: &str = "\r";
+
+/// Commands that mean nothing without arguments.
+const NEED_ARGUMENTS: [&str; 11] = [
+    "goto", "break", "delete", "enable", "disable", "unwatch", "trace", "assert", "mark", "unmark",
+    "rename",
+];
+
+/// A line as typed, and its command.
+struct Typed<'l> {
+    line: &'l str,
+    directive: &'static Directive,
+    rest: &'l str,
+}
+
+impl Typed<'_> {
+    /// Something is missing in it, or wrong.
+    fn missing(&self) -> DebugError {
+        let how = if self.rest.is_empty() { "finished" } else { "understood" };
+        let (line, usage, example) = (self.line, self.directive.usage(), self.directive.example);
+        DebugError::new(format!("`{line}` is not {how}; it is typed `{usage}`, as in `{example}`"))
+    }
+}
 
 impl Debugger {
     /// Carries out a line as typed, or says the value of an expression. An empty line and one that begins
@@ -72,49 +94,55 @@ impl Debugger {
                 directive.name
             )));
         }
-        let missing = || {
-            let how = if rest.is_empty() { "finished" } else { "understood" };
-            let (usage, example) = (directive.usage(), directive.example);
-            DebugError::new(format!(
-                "`{line}` is not {how}; it is typed `{usage}`, as in `{example}`"
-            ))
-        };
-        match directive.name {
-            "step" => self.stepped(rest, Way::Forward, progress),
-            "back" => self.stepped(rest, Way::Back, progress),
-            "over" => {
+        let typed = Typed { line, directive, rest };
+        if rest.is_empty() && NEED_ARGUMENTS.contains(&directive.name) {
+            return Err(typed.missing());
+        }
+        match directive.group {
+            Group::Going => self.travel(&typed, progress),
+            Group::Breakpoints => self.manage_breakpoints(&typed, progress),
+            Group::Looking => self.look_at(&typed),
+            Group::Asking => self.inquire(&typed, progress),
+            Group::Doing => self.do_to_controller(&typed),
+            Group::History => self.manage_history(&typed),
+            Group::Console => self.manage_console(&typed),
+        }
+    }
+
+    fn travel(&mut self, typed: &Typed<'_>, progress: &mut Progress<'_>) -> Result {
+        let (name, rest) = (typed.directive.name, typed.rest);
+        let stop = match name {
+            "step" => return self.stepped(rest, Way::Forward, progress),
+            "back" => return self.stepped(rest, Way::Back, progress),
+            "goto" => return self.goto(rest, progress),
+            "over" | "out" => {
                 let count = if rest.is_empty() { 1 } else { number(rest)? };
+                let depth = if name == "over" { Depth::Over } else { Depth::Out };
                 self.unit = Some(Unit::Line);
-                let stop = self.step(Unit::Line, Way::Forward, Depth::Over, count, progress);
-                self.told(stop)
-            }
-            "out" => {
-                self.unit = Some(Unit::Line);
-                let stop = self.step(Unit::Line, Way::Forward, Depth::Out, 1, progress);
-                self.told(stop)
+                self.step(Unit::Line, Way::Forward, depth, count, progress)
             }
             "continue" => {
                 let until = match rest {
                     "" => None,
                     span => Some(self.now() + self::span(span)?),
                 };
-                let stop = self.go_while(Way::Forward, until, false, progress);
-                self.told(stop)
+                self.go_while(Way::Forward, until, false, progress)
             }
-            "reverse" => {
-                let stop = self.go(Way::Back, None, progress);
-                self.told(stop)
-            }
+            "reverse" => self.go(Way::Back, None, progress),
             "next" | "last" => {
                 let condition = self.names().read(rest);
                 let condition = condition.map_err(|error| DebugError::new(error.to_string()))?;
-                let way = if directive.name == "next" { Way::Forward } else { Way::Back };
-                let stop = self.seek(&condition, way, progress);
-                self.told(stop)
+                let way = if name == "next" { Way::Forward } else { Way::Back };
+                self.seek(&condition, way, progress)
             }
-            "goto" if rest.is_empty() => Err(missing()),
-            "goto" => self.goto(rest, progress),
-            "break" if rest.is_empty() => Err(missing()),
+            _ => return Err(unknown(name)),
+        };
+        self.told(stop)
+    }
+
+    fn manage_breakpoints(&mut self, typed: &Typed<'_>, progress: &mut Progress<'_>) -> Result {
+        let rest = typed.rest;
+        match typed.directive.name {
             "break" => {
                 let (trigger, options) = self.read_breakpoint(rest)?;
                 let id = self.add_breakpoint(trigger, options);
@@ -130,83 +158,110 @@ impl Debugger {
                 let list = list.map(|breakpoint| (breakpoint.clone(), breakpoint.describe(names)));
                 Ok(Answer::Breakpoints(list.collect()))
             }
-            "delete" | "enable" | "disable" | "unwatch" if rest.is_empty() => Err(missing()),
-            "delete" | "enable" | "disable" => self.change_breakpoint(directive.name, rest),
-            "trace" if rest.is_empty() => Err(missing()),
+            name @ ("delete" | "enable" | "disable") => self.change_breakpoint(name, rest),
             "trace" => self.trace(rest, progress),
-            "where" => Ok(self.whereabouts()),
-            "print" => Ok(Answer::Value(self.shown(rest)?)),
+            name => Err(unknown(name)),
+        }
+    }
+
+    fn look_at(&mut self, typed: &Typed<'_>) -> Result {
+        let rest = typed.rest;
+        Ok(match typed.directive.name {
+            "where" => self.whereabouts(),
+            "print" => Answer::Value(self.shown(rest)?),
             "watch" => {
                 if !rest.is_empty() {
                     self.watch(rest)?;
                 }
-                Ok(Answer::Watches(self.watched()))
+                Answer::Watches(self.watched())
             }
             "unwatch" => match self.unwatch(usize::try_from(number(rest)?).unwrap_or(0)) {
-                true => Ok(Answer::Watches(self.watched())),
-                false => Err(DebugError::new(format!(
-                    "nothing is watched with the number {rest}; `watch` lists what is"
-                ))),
+                true => Answer::Watches(self.watched()),
+                false => {
+                    return Err(DebugError::new(format!(
+                        "nothing is watched with the number {rest}; `watch` lists what is"
+                    )));
+                }
             },
-            "list" => self.listed(rest),
-            "frames" => Ok(Answer::Frames(self.frames())),
-            "motion" => Ok(Answer::Motion(self.motion())),
-            "timers" => Ok(Answer::Timers(self.device().view(self.now()).timers)),
+            "list" => self.listed(rest)?,
+            "frames" => Answer::Frames(self.frames()),
+            "motion" => Answer::Motion(self.motion()),
+            "timers" => Answer::Timers(self.device().view(self.now()).timers),
             "queue" => {
                 let received = self.device().view(self.now()).received;
-                Ok(Answer::Queue { used: received.used, size: received.size })
+                Answer::Queue { used: received.used, size: received.size }
             }
-            "flash" => Ok(Answer::Flash(self.device().flash_image())),
-            "digest" => Ok(Answer::Digest(self.digest())),
-            "why" => match About::named(rest) {
-                Some(about) => Ok(Answer::Why(self.why(about, progress)?)),
-                None => Err(missing()),
-            },
+            "flash" => Answer::Flash(self.device().flash_image()),
+            "digest" => Answer::Digest(self.digest()),
+            name => return Err(unknown(name)),
+        })
+    }
+
+    fn inquire(&mut self, typed: &Typed<'_>, progress: &mut Progress<'_>) -> Result {
+        let rest = typed.rest;
+        match typed.directive.name {
+            "why" => {
+                let about = About::named(rest).ok_or_else(|| typed.missing())?;
+                Ok(Answer::Why(self.why(about, progress)?))
+            }
             "who" => {
                 let field = rest.strip_prefix("changed ").unwrap_or(rest);
                 if field.is_empty() {
-                    return Err(missing());
+                    return Err(typed.missing());
                 }
                 let field = Field::parse(field, self.device())?;
                 Ok(Answer::Change(self.who_changed(&field, progress)?))
             }
-            "what" => match rest.strip_prefix("if ") {
-                Some(what) => {
-                    let what = self.read_what_if(what.trim())?;
-                    Ok(Answer::Parting(Box::new(self.what_if(&what, progress)?)))
-                }
-                None => Err(missing()),
-            },
-            "assert" if rest.is_empty() => Err(missing()),
+            "what" => {
+                let what = rest.strip_prefix("if ").ok_or_else(|| typed.missing())?;
+                let what = self.read_what_if(what.trim())?;
+                Ok(Answer::Parting(Box::new(self.what_if(&what, progress)?)))
+            }
             "assert" => self.assert(rest),
-            "send" | "sendraw" => {
-                let end = if directive.name == "send" { END } else { "" };
-                let bytes = bytes_of(&(rest.to_owned() + &escape(end.as_bytes())))?;
+            name => Err(unknown(name)),
+        }
+    }
+
+    fn do_to_controller(&mut self, typed: &Typed<'_>) -> Result {
+        match typed.directive.name {
+            name @ ("send" | "sendraw") => {
+                let end = if name == "send" { END } else { "" };
+                let bytes = bytes_of(&(typed.rest.to_owned() + &escape(end.as_bytes())))?;
                 self.give(Input::Bytes(&bytes));
                 Ok(Answer::Done)
             }
-            "put" => {
-                let (field, value) = rest
-                    .split_once('=')
-                    .ok_or_else(|| self.without_equals(rest).unwrap_or_else(missing))?;
-                let value = value.trim();
-                // A word that is not a field is taken as text.
-                let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
-                let value = match self.evaluate(value) {
-                    Err(_) if is_word => value.into(),
-                    value => value?,
-                };
-                let branches = self.history().branches().count();
-                self.set_variable(field.trim(), value)?;
-                match self.history().branches().count() > branches {
-                    true => Ok(Answer::Done),
-                    false => {
-                        let why = Some("it was so already");
-                        Ok(Answer::Text(said(&Effect::Nothing { why })))
-                    }
-                }
+            "put" => self.put(typed),
+            name => Err(unknown(name)),
+        }
+    }
+
+    /// `FIELD = VALUE`.
+    fn put(&mut self, typed: &Typed<'_>) -> Result {
+        let (field, value) = typed
+            .rest
+            .split_once('=')
+            .ok_or_else(|| self.without_equals(typed.rest).unwrap_or_else(|| typed.missing()))?;
+        let value = value.trim();
+        // A word that is not a field is taken as text.
+        let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
+        let value = match self.evaluate(value) {
+            Err(_) if is_word => value.into(),
+            value => value?,
+        };
+        let branches = self.history().branches().count();
+        self.set_variable(field.trim(), value)?;
+        match self.history().branches().count() > branches {
+            true => Ok(Answer::Done),
+            false => {
+                let why = Some("it was so already");
+                Ok(Answer::Text(said(&Effect::Nothing { why })))
             }
-            "mark" | "unmark" if rest.is_empty() => Err(missing()),
+        }
+    }
+
+    fn manage_history(&mut self, typed: &Typed<'_>) -> Result {
+        let rest = typed.rest;
+        match typed.directive.name {
             "mark" => {
                 self.free_name(rest, self.marks().contains_key(rest))?;
                 self.mark(rest);
@@ -226,7 +281,6 @@ impl Debugger {
                 let history = self.history();
                 Ok(Answer::Branches(history.branches().collect(), history.present().branch))
             }
-            "rename" if rest.is_empty() => Err(missing()),
             "rename" => {
                 let branch = self.place().branch;
                 let own = self.history().branches().find(|own| own.id == branch);
@@ -238,31 +292,33 @@ impl Debugger {
                 self.differences().iter().map(|own| own.mismatch.clone()).collect(),
                 self.more_differences(),
             )),
-            "replies" => match rest {
-                "recorded" | "emulated" => {
-                    self.show_replies(match rest {
-                        "recorded" => Replies::Recorded,
-                        _ => Replies::Emulated,
-                    });
-                    Ok(Answer::Done)
-                }
-                _ => Err(missing()),
-            },
+            "replies" => {
+                self.show_replies(match rest {
+                    "recorded" => Replies::Recorded,
+                    "emulated" => Replies::Emulated,
+                    _ => return Err(typed.missing()),
+                });
+                Ok(Answer::Done)
+            }
             "usage" => Ok(Answer::Usage(self.history().usage(), self.share_read())),
-            "help" => match rest {
-                "" => Ok(self.helped()),
-                name => match Directive::named(name) {
-                    Some(directive) => Ok(Answer::HelpOn(directive)),
-                    None => match Order::read(line, self.names()) {
-                        Ok(Some(Order::Help(Some(verb)))) => {
-                            Ok(Answer::Text(self.names().help_on(verb)))
-                        }
-                        _ => Err(unknown(name)),
-                    },
+            name => Err(unknown(name)),
+        }
+    }
+
+    fn manage_console(&mut self, typed: &Typed<'_>) -> Result {
+        match (typed.directive.name, typed.rest) {
+            ("quit", _) => Ok(Answer::Quit),
+            ("help", "") => Ok(self.helped()),
+            ("help", name) => match Directive::named(name) {
+                Some(directive) => Ok(Answer::HelpOn(directive)),
+                None => match Order::read(typed.line, self.names()) {
+                    Ok(Some(Order::Help(Some(verb)))) => {
+                        Ok(Answer::Text(self.names().help_on(verb)))
+                    }
+                    _ => Err(unknown(name)),
                 },
             },
-            "quit" => Ok(Answer::Quit),
-            name => Err(unknown(name)),
+            (name, _) => Err(unknown(name)),
         }
     }
 

@@ -62,158 +62,7 @@ impl Debugger {
             // Out of a list of commands is where it ends, or begins.
             return self.go(way, None, progress);
         }
-        self.find_by_hand();
-        let (mut notes, mut made) = (Vec::new(), 0);
-        let mut problems = VecDeque::new();
-        let heeds = depth != Depth::Into;
-        let asks_count = unit == Unit::Line;
-        let from = self.place();
-        let mut passed = BTreeMap::new();
-        let mut open = loops(self.device()).len();
-        let mut begun = (0, self.whereabouts_now());
-        self.find_problems(&mut problems);
-        while made < count {
-            if begun.0 < made {
-                begun = (made, self.whereabouts_now());
-            }
-            if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
-                if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
-                    return self.stopped_after(why, notes, problems);
-                }
-                made += u64::from(asks_count);
-                if asks_count && made == count {
-                    return self.stopped_after(self.why_at_line(unit), notes, problems);
-                }
-                continue;
-            }
-            if heeds && way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
-                return self.stopped_after(Reason::Cancelled, notes, problems);
-            }
-            let begin = self.counted_here();
-            let end = self.end_of_way();
-            let feed = self.feed.as_ref();
-            let behind = feed.filter(|_| way == Way::Back && asks_count);
-            let behind = behind.and_then(|feed| feed.asked_behind(&self.history));
-            let is_asked =
-                asks_count && feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
-            let history = &mut self.history;
-            let source = self.source.as_ref();
-            let mut walk = Walk::new(way).step(unit, depth, open, source).telling();
-            if heeds {
-                walk = walk.heeding(&mut self.breakpoints, source);
-            }
-            let asked = self.feed.as_ref().filter(|_| way == Way::Forward && asks_count);
-            let asked = asked.and_then(|feed| feed.asked_ahead(history));
-            let limit = asked.map_or(end, |place| place.moment.at.min(end));
-            let is_timeless = walk.is_timeless();
-            let ahead = match (way, is_asked) {
-                (Way::Forward, _) => {
-                    seek_next(history, feed, limit, &mut walk, is_timeless, progress)
-                }
-                (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
-                // What happens at this moment comes before what the host asks.
-                (Way::Back, true) => {
-                    SearchEnd::Found(history.seek_last_or_here(&mut walk, progress))
-                }
-            };
-            let (is_turn, found) = match ahead {
-                SearchEnd::Found(found) => (false, found),
-                SearchEnd::HostTurn => (true, Found::Here),
-                SearchEnd::Repeats(span) => {
-                    return self.stays_at(begun.1, endless(span, &format!("no {unit} comes")));
-                }
-            };
-            let is_beyond = is_beyond(history, asked);
-            let is_before = |(asked, _): &(Place, usize)| {
-                found == Found::Nowhere || !is_after(history.present(), *asked)
-            };
-            let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
-            let mut met = ids(&walk, history.now());
-            let is_step = walk.is_step || met.is_empty();
-            let mut beyond = if found == Found::Nowhere { walk.take_back() } else { Vec::new() };
-            notes.append(&mut walk.notes);
-            let went_wrong = walk.problems.take().unwrap_or_default().last;
-            let has_counted = heeds && way == Way::Forward;
-            if has_counted {
-                // Where a step pulse ends the step, hits after it may have been counted.
-                self.has_counted(begin, unit != Unit::Step);
-            }
-            if let Some((place, piece)) = behind {
-                self.asks_again(Some(place), Some(piece));
-                passed.clear();
-                if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
-                    return self.stopped_after(why, notes, problems);
-                }
-                made += 1;
-                if made == count {
-                    return self.stopped_after(self.why_at_line(unit), notes, problems);
-                }
-                continue;
-            }
-            self.host_moves(found);
-            if way == Way::Back && !met.is_empty() && found == Found::Here {
-                if !self.counted_back(&mut met, &mut passed, progress) {
-                    self.history.go_back_to(from);
-                    return self.stopped_after(Reason::Cancelled, notes, problems);
-                }
-                if met.is_empty() && !is_step {
-                    continue;
-                }
-            }
-            self.host_hears(&went_wrong);
-            problems.extend(went_wrong);
-            problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
-            if is_turn {
-                continue;
-            }
-            let is_missed = asked.is_some() && found == Found::Nowhere;
-            let why = match found {
-                Found::Here | Found::Nowhere if is_beyond || is_missed => {
-                    notes.append(&mut beyond);
-                    self.asks_again(asked, None);
-                    self.leave_out_later(&mut problems);
-                    if let Some(why) = self.ends_at_line(heeds, way, &mut notes, progress) {
-                        return self.stopped_after(why, notes, problems);
-                    }
-                    made += 1;
-                    if made < count {
-                        continue;
-                    }
-                    self.why_at_line(unit)
-                }
-                Found::Here if met.is_empty() => {
-                    made += 1;
-                    open = loops(self.device()).len();
-                    continue;
-                }
-                Found::Here => Reason::Breakpoints(met),
-                Found::GivenUp => Reason::Cancelled,
-                Found::Nowhere if way == Way::Back => Reason::Beginning,
-                Found::Nowhere => match self.goes_on(end, progress) {
-                    Ok(true) => continue,
-                    Ok(false) => self.nothing_more(end),
-                    Err(why @ Reason::Waits(_)) => {
-                        if heeds && !self.meets_question(way, &mut notes, progress) {
-                            return self.stopped_after(Reason::Cancelled, notes, problems);
-                        }
-                        made += u64::from(asks_count);
-                        if !asks_count || made < count {
-                            continue;
-                        }
-                        why
-                    }
-                    Err(why) => why,
-                },
-            };
-            notes.append(&mut beyond);
-            return self.stopped_after(why, notes, problems);
-        }
-        // Before the first step nothing is left to go back to.
-        let why = match way == Way::Back && self.is_at_start() {
-            true => Reason::Beginning,
-            false => Reason::Step(unit),
-        };
-        self.stopped_after(why, notes, problems)
+        self.walk(way, Goal::Steps { unit, depth, count }, progress)
     }
 
     /// Whether nothing has happened before.
@@ -243,127 +92,211 @@ impl Debugger {
         repeats: bool,
         progress: &mut Progress<'_>,
     ) -> Stop {
+        self.walk(way, Goal::Breakpoints { until, repeats }, progress)
+    }
+
+    /// Walks to a goal, or to what ends the walk before.
+    fn walk(&mut self, way: Way, goal: Goal, progress: &mut Progress<'_>) -> Stop {
         self.find_by_hand();
-        let mut notes = Vec::new();
-        let mut problems = VecDeque::new();
-        let from = self.place();
-        let mut passed = BTreeMap::new();
-        let begun = self.whereabouts_now();
-        self.find_problems(&mut problems);
-        loop {
-            if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
-                match self.ends_walk(way, &mut notes, progress) {
-                    Some(why) => return self.stopped_after(why, notes, problems),
-                    None => continue,
-                }
+        let mut walked = Walked {
+            way,
+            goal,
+            from: self.place(),
+            begun: self.whereabouts_now(),
+            made: 0,
+            open: loops(self.device()).len(),
+            passed: BTreeMap::new(),
+            notes: Vec::new(),
+            problems: VecDeque::new(),
+        };
+        self.find_problems(&mut walked.problems);
+        let why = loop {
+            if let Goal::Steps { unit, count, .. } = goal
+                && walked.made == count
+            {
+                // Before the first step nothing is left to go back to.
+                break match way == Way::Back && self.is_at_start() {
+                    true => Reason::Beginning,
+                    false => Reason::Step(unit),
+                };
             }
-            if way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
-                return self.stopped_after(Reason::Cancelled, notes, problems);
+            match self.walk_on(&mut walked, progress) {
+                None => {}
+                Some(Reason::Endless(why)) => return self.stays_at(walked.begun, why),
+                Some(why) => break why,
             }
-            let begin = self.counted_here();
-            let known = self.end_of_way();
-            let end = until.unwrap_or(Time::NEVER).min(known);
-            let feed = self.feed.as_ref();
-            let behind = feed.filter(|_| way == Way::Back);
-            let behind = behind.and_then(|feed| feed.asked_behind(&self.history));
-            let is_asked = feed.is_some_and(|feed| feed.has_come_to_ask(&self.history));
-            let history = &mut self.history;
-            let source = self.source.as_ref();
-            let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source).telling();
-            let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
-            let asked = asked.and_then(|feed| feed.asked_ahead(history));
-            let asked = asked.filter(|place| place.moment.at <= end);
-            let limit = asked.map_or(end, |place| place.moment.at);
-            let is_timeless = !repeats && walk.is_timeless();
-            let ahead = match (way, is_asked) {
-                (Way::Forward, _) => {
-                    seek_next(history, feed, limit, &mut walk, is_timeless, progress)
-                }
-                (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
-                (Way::Back, true) => {
-                    SearchEnd::Found(history.seek_last_or_here(&mut walk, progress))
-                }
-            };
-            let (is_turn, found) = match ahead {
-                SearchEnd::Found(found) => (false, found),
-                SearchEnd::HostTurn => (true, Found::Here),
-                SearchEnd::Repeats(span) => {
-                    return self.stays_at(begun, endless(span, "nothing stops it"));
-                }
-            };
-            let is_beyond = is_beyond(history, asked);
-            let is_before = |(asked, _): &(Place, usize)| {
-                found == Found::Nowhere || !is_after(history.present(), *asked)
-            };
-            let behind = behind.filter(|asked| found != Found::GivenUp && is_before(asked));
-            let mut met = ids(&walk, history.now());
-            let mut beyond = if found == Found::Nowhere { walk.take_back() } else { Vec::new() };
-            notes.append(&mut walk.notes);
-            let went_wrong = walk.problems.take().unwrap_or_default().last;
-            if way == Way::Forward {
-                self.has_counted(begin, true);
+        };
+        self.stopped_after(why, walked.notes, walked.problems)
+    }
+
+    /// Walks to the next place at which a walk may end, and says why it ends there, if it does.
+    fn walk_on(&mut self, walked: &mut Walked, progress: &mut Progress<'_>) -> Option<Reason> {
+        let Walked { way, goal, .. } = *walked;
+        if matches!(self.host_goes_on(way), Turn::Asks | Turn::Comes) {
+            return self.ends_at_host(walked, progress);
+        }
+        let counts = goal.heeds() && way == Way::Forward;
+        if counts && !self.count_hits(Breakpoint::is_limited, progress) {
+            return Some(Reason::Cancelled);
+        }
+        let begin = self.counted_here();
+        let end = goal.until().min(self.end_of_way());
+        let mut found = match self.search(walked, end, progress) {
+            Ok(found) => found,
+            Err(span) => return Some(Reason::Endless(endless(span, &goal.in_vain()))),
+        };
+        if counts {
+            // Where a step pulse ends the step, hits after it may have been counted.
+            self.has_counted(begin, !matches!(goal, Goal::Steps { unit: Unit::Step, .. }));
+        }
+        if let Some((place, piece)) = found.behind {
+            self.asks_again(Some(place), Some(piece));
+            walked.passed.clear();
+            return self.ends_at_host(walked, progress);
+        }
+        self.host_moves(found.end);
+        if way == Way::Back && found.end == Found::Here {
+            if !self.counted_back(&mut found.met, &mut walked.passed, progress) {
+                self.history.go_back_to(walked.from);
+                return Some(Reason::Cancelled);
             }
-            self.host_hears(&went_wrong);
-            problems.extend(went_wrong);
-            if let Some((place, piece)) = behind {
-                self.asks_again(Some(place), Some(piece));
-                match self.ends_walk(way, &mut notes, progress) {
-                    Some(why) => return self.stopped_after(why, notes, problems),
-                    None => {
-                        passed.clear();
-                        continue;
-                    }
-                }
+            if found.met.is_empty() && !found.is_step {
+                return None;
             }
-            self.host_moves(found);
-            if way == Way::Back && found == Found::Here {
-                if !self.counted_back(&mut met, &mut passed, progress) {
-                    self.history.go_back_to(from);
-                    return self.stopped_after(Reason::Cancelled, notes, problems);
-                }
-                if met.is_empty() {
-                    continue;
-                }
+        }
+        self.host_hears(&found.problems);
+        walked.problems.append(&mut found.problems);
+        walked.problems.drain(..walked.problems.len().saturating_sub(PROBLEMS_MAX));
+        if found.is_turn {
+            return None;
+        }
+        let why = self.ends_where_found(&mut found, walked, end, progress)?;
+        walked.notes.append(&mut found.beyond);
+        Some(why)
+    }
+
+    /// Looks for the next step, breakpoint or question, up to `end`. An error says that the controller
+    /// repeats itself, each time in this span.
+    fn search(
+        &mut self,
+        walked: &mut Walked,
+        end: Time,
+        progress: &mut Progress<'_>,
+    ) -> Result<Search, Duration> {
+        let Walked { way, goal, .. } = *walked;
+        let (feed, source, history) = (self.feed.as_ref(), self.source.as_ref(), &mut self.history);
+        // Only steps of lines, and walks without steps, stop at what the host asks.
+        let host = feed.filter(|_| goal.counts_questions());
+        let behind = host.filter(|_| way == Way::Back);
+        let behind = behind.and_then(|feed| feed.asked_behind(history));
+        let is_asked = host.is_some_and(|feed| feed.has_come_to_ask(history));
+        let asked = host.filter(|_| way == Way::Forward);
+        let asked = asked.and_then(|feed| feed.asked_ahead(history));
+        let asked = asked.filter(|place| place.moment.at <= end);
+        let limit = asked.map_or(end, |place| place.moment.at);
+        let mut walk = Walk::new(way).telling();
+        if let Goal::Steps { unit, depth, .. } = goal {
+            walk = walk.step(unit, depth, walked.open, source);
+        }
+        if goal.heeds() {
+            walk = walk.heeding(&mut self.breakpoints, source);
+        }
+        let is_timeless = !goal.repeats() && walk.is_timeless();
+        let ahead = match (way, is_asked) {
+            (Way::Forward, _) => seek_next(history, feed, limit, &mut walk, is_timeless, progress),
+            (Way::Back, false) => SearchEnd::Found(history.seek_last(&mut walk, progress)),
+            // What happens at this moment comes before what the host asks.
+            (Way::Back, true) => SearchEnd::Found(history.seek_last_or_here(&mut walk, progress)),
+        };
+        let (is_turn, found) = match ahead {
+            SearchEnd::Found(found) => (false, found),
+            SearchEnd::HostTurn => (true, Found::Here),
+            SearchEnd::Repeats(span) => return Err(span),
+        };
+        let is_before = |(asked, _): &(Place, usize)| {
+            found == Found::Nowhere || !is_after(history.present(), *asked)
+        };
+        let met = ids(&walk, history.now());
+        let is_step = matches!(goal, Goal::Steps { .. }) && (walk.is_step || met.is_empty());
+        let beyond = if found == Found::Nowhere { walk.take_back() } else { Vec::new() };
+        walked.notes.append(&mut walk.notes);
+        Ok(Search {
+            end: found,
+            is_turn,
+            met,
+            is_step,
+            behind: behind.filter(|asked| found != Found::GivenUp && is_before(asked)),
+            is_asked: asked.is_some() && found == Found::Nowhere || is_beyond(history, asked),
+            asked,
+            beyond,
+            problems: walk.problems.take().unwrap_or_default().last,
+        })
+    }
+
+    /// Why a walk ends where its search has ended.
+    fn ends_where_found(
+        &mut self,
+        found: &mut Search,
+        walked: &mut Walked,
+        end: Time,
+        progress: &mut Progress<'_>,
+    ) -> Option<Reason> {
+        match found.end {
+            Found::Here | Found::Nowhere if found.is_asked => {
+                walked.notes.append(&mut found.beyond);
+                self.asks_again(found.asked, None);
+                self.leave_out_later(&mut walked.problems);
+                self.ends_at_host(walked, progress)
             }
-            if is_turn {
-                continue;
+            Found::Here if found.met.is_empty() && found.is_step => {
+                walked.open = loops(self.device()).len();
+                self.has_made(walked);
+                None
             }
-            let is_missed = asked.is_some() && found == Found::Nowhere;
-            let why = match found {
-                Found::Here | Found::Nowhere if is_beyond || is_missed => {
-                    notes.append(&mut beyond);
-                    self.asks_again(asked, None);
-                    self.leave_out_later(&mut problems);
-                    match self.ends_walk(way, &mut notes, progress) {
-                        Some(why) => why,
-                        None => continue,
-                    }
-                }
-                Found::Here => Reason::Breakpoints(met),
-                Found::GivenUp => Reason::Cancelled,
-                Found::Nowhere if way == Way::Back => {
+            Found::Here => Some(Reason::Breakpoints(std::mem::take(&mut found.met))),
+            Found::GivenUp => Some(Reason::Cancelled),
+            Found::Nowhere if walked.way == Way::Back => {
+                if let Goal::Breakpoints { .. } = walked.goal {
                     let beginning = self.beginning();
                     self.history.go_back_to(beginning);
                     self.host_moves(Found::Here);
-                    Reason::Beginning
                 }
-                Found::Nowhere => match (self.goes_on(end, progress), until) {
-                    (Ok(true), _) => continue,
-                    (Err(Reason::Waits(_)), _) => match self.ends_walk(way, &mut notes, progress) {
-                        Some(why) => why,
-                        None => continue,
-                    },
-                    (Err(why), _) => why,
-                    (Ok(false), Some(until)) if until <= known => {
-                        self.history.run_to(until);
-                        Reason::Time
-                    }
-                    (Ok(false), _) => self.nothing_more(end),
-                },
-            };
-            notes.append(&mut beyond);
-            return self.stopped_after(why, notes, problems);
+                Some(Reason::Beginning)
+            }
+            Found::Nowhere => match self.goes_on(end, progress) {
+                Ok(true) => None,
+                Err(Reason::Waits(_)) => self.ends_at_host(walked, progress),
+                Err(why) => Some(why),
+                Ok(false) if end < Time::NEVER && end == walked.goal.until() => {
+                    self.history.run_to(end);
+                    Some(Reason::Time)
+                }
+                Ok(false) => Some(self.nothing_more(end)),
+            },
         }
+    }
+
+    /// Why a walk ends at what the host asks or waits for at the present. A question that it has come to
+    /// is a step where lines are counted.
+    fn ends_at_host(&mut self, walked: &mut Walked, progress: &mut Progress<'_>) -> Option<Reason> {
+        let Walked { way, goal, .. } = *walked;
+        if let Some(why) = self.ends_at_line(goal.heeds(), way, &mut walked.notes, progress) {
+            return Some(why);
+        }
+        match goal {
+            Goal::Breakpoints { .. } => self.host_asks().then(|| self.rests()),
+            Goal::Steps { unit, count, .. } if goal.counts_questions() => {
+                self.has_made(walked);
+                (walked.made == count).then(|| self.host_waits().unwrap_or(Reason::Step(unit)))
+            }
+            Goal::Steps { .. } => None,
+        }
+    }
+
+    /// A walk has made a step: it goes back there at most.
+    fn has_made(&self, walked: &mut Walked) {
+        walked.made += 1;
+        walked.begun = self.whereabouts_now();
     }
 
     /// When the controller rests, if nothing comes from outside and no breakpoint is met before; nothing as
@@ -881,18 +814,6 @@ impl Debugger {
         true
     }
 
-    /// Why a walk that goes on to breakpoints ends where the host has come to, if it does: it asks there, or a
-    /// breakpoint is met at a line at which it only waits.
-    fn ends_walk(
-        &mut self,
-        way: Way,
-        notes: &mut Vec<Note>,
-        progress: &mut Progress<'_>,
-    ) -> Option<Reason> {
-        let why = self.ends_at_line(true, way, notes, progress);
-        why.or_else(|| self.host_asks().then(|| self.rests()))
-    }
-
     /// Why a walk ends where the host has come to, whatever else it waits for.
     fn ends_at_line(
         &mut self,
@@ -907,11 +828,6 @@ impl Debugger {
         // A question ends walks itself, and says what is asked.
         let met = if heeds && !self.host_asks() { self.met_waiting() } else { Vec::new() };
         (!met.is_empty()).then(|| self.host_waits().unwrap_or(Reason::Breakpoints(met)))
-    }
-
-    /// Why a step ends at the line that the host has come to.
-    fn why_at_line(&self, unit: Unit) -> Reason {
-        self.host_waits().unwrap_or(Reason::Step(unit))
     }
 
     /// What the host asks or waits for at the present, if that holds it up.
@@ -1302,6 +1218,86 @@ struct WalkStart {
     place: Place,
     known: Option<Known>,
     standing: Standing,
+}
+
+/// Where a walk ends, if nothing ends it before.
+#[derive(Clone, Copy)]
+enum Goal {
+    /// After so many steps.
+    Steps { unit: Unit, depth: Depth, count: u64 },
+    /// At a breakpoint, or at this time.
+    Breakpoints {
+        until: Option<Time>,
+        /// It goes on with a controller that repeats itself for ever.
+        repeats: bool,
+    },
+}
+
+impl Goal {
+    /// Whether breakpoints end the walk.
+    fn heeds(self) -> bool {
+        !matches!(self, Goal::Steps { depth: Depth::Into, .. })
+    }
+
+    /// Whether a question of the host is a step, or ends the walk.
+    fn counts_questions(self) -> bool {
+        matches!(self, Goal::Steps { unit: Unit::Line, .. } | Goal::Breakpoints { .. })
+    }
+
+    fn until(self) -> Time {
+        match self {
+            Goal::Breakpoints { until: Some(until), .. } => until,
+            _ => Time::NEVER,
+        }
+    }
+
+    fn repeats(self) -> bool {
+        matches!(self, Goal::Breakpoints { repeats: true, .. })
+    }
+
+    /// What a controller that repeats itself never does.
+    fn in_vain(self) -> String {
+        match self {
+            Goal::Steps { unit, .. } => format!("no {unit} comes"),
+            Goal::Breakpoints { .. } => "nothing stops it".to_owned(),
+        }
+    }
+}
+
+/// How far a walk has come.
+struct Walked {
+    way: Way,
+    goal: Goal,
+    from: Place,
+    /// Where the step in progress began.
+    begun: WalkStart,
+    /// Steps made.
+    made: u64,
+    /// How many loops were open where the step in progress began.
+    open: usize,
+    /// The numbers of the hits that a walk back has come to.
+    passed: BTreeMap<BreakpointId, u64>,
+    notes: Vec<Note>,
+    problems: VecDeque<Output>,
+}
+
+/// What one search of a walk has found.
+struct Search {
+    end: Found,
+    /// The host has its turn.
+    is_turn: bool,
+    met: Vec<BreakpointId>,
+    /// A step ends here.
+    is_step: bool,
+    /// What the host asked on the way back, before what was found.
+    behind: Option<(Place, usize)>,
+    /// What the host asked ahead.
+    asked: Option<Place>,
+    /// Whether the search has come to it.
+    is_asked: bool,
+    /// Notes of later than the present.
+    beyond: Vec<Note>,
+    problems: VecDeque<Output>,
 }
 
 /// Why a walk never ends: the controller repeats itself each time in this span.
