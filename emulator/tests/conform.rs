@@ -17,7 +17,7 @@ use serde_json::Value;
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::limits::{EndsInTime, InTime, LIMIT, Timed};
+use process::limits::{EndsInTime, InTime, LIMIT, Timed, until};
 use process::{Process, connect, run, said, tcp, vimc4};
 
 /// The machine that tests run on may be busy, so times are compared loosely.
@@ -380,9 +380,18 @@ fn another_family_is_reset_moved_and_brought_back_in_its_own_language() {
         let mut answer = [0; 7];
         client.read_exact(&mut answer).unwrap();
         assert!(answer.starts_with(b"P0,0,0"), "{}", answer.escape_ascii());
-        drop(client);
         // Who stands elsewhere counts from elsewhere.
-        thread::sleep(Duration::from_millis(300));
+        until("it stands elsewhere", || {
+            client.write_all(b"!ON0;").unwrap();
+            let mut answer = String::new();
+            while !answer.ends_with("\r") {
+                let mut byte = [0];
+                client.read_exact(&mut byte).unwrap();
+                answer.extend(byte.map(char::from));
+            }
+            answer.starts_with("P0,7,0")
+        });
+        drop(client);
         let (code, _, errors) = conform(folder.path(), &arguments);
         assert_eq!(code, 2, "{errors}");
         assert!(errors.contains("are at X 0, Y 7"), "{errors}");

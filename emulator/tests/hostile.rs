@@ -1,5 +1,7 @@
 //! A hostile world around the command: names that are taken, disks that are full, pipes that
 //! close, files without an end, text that gives orders to terminals.
+
+#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
@@ -737,9 +739,7 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     let asks = vimc4(folder.path(), &["doctor", &far]).stdout(Stdio::piped()).start().unwrap();
     // Nothing can be read before it has opened the port.
     let mut question = fs::File::from(near);
-    while question.read_exact(&mut [0]).is_err() {
-        thread::sleep(Duration::from_millis(5));
-    }
+    until("it asks", || question.read_exact(&mut [0]).is_ok());
     drop(question);
     let said = String::from_utf8(asks.output_in_time().unwrap().stdout).unwrap();
     assert!(said.contains("the emulator has ended") && !said.contains("one client"), "{said}");

@@ -776,11 +776,7 @@ fn a_device_that_is_unplugged_is_served_again_when_it_is_back() {
 
 /// Waits until a recording says something.
 fn wait_for(path: &Path, text: &str) {
-    let mut rounds = 0..6_000;
-    while !fs::read_to_string(path).unwrap().contains(text) {
-        assert!(rounds.next().is_some(), "{text} is never said");
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    until(text, || fs::read_to_string(path).unwrap().contains(text));
 }
 
 #[test]

@@ -315,7 +315,6 @@ fn a_long_recording_is_read_while_nobody_types() -> Outcome {
     tmux.wait("the answer", |screen| screen.lines().any(|line| line.trim() == "42"));
     tmux.wait("all of it is read", |_| {
         tmux.command("usage");
-        thread::sleep(Duration::from_millis(50));
         tmux.screen().contains("12001 inputs")
     });
     let screen = tmux.screen();

@@ -1,4 +1,10 @@
 //! The command, end to end.
+
+#![expect(
+    clippy::cognitive_complexity,
+    clippy::too_many_lines,
+    reason = "a story is told in one piece"
+)]
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

@@ -190,6 +190,7 @@ mod tests {
         in_words(&error(value), || error("".into()))
     }
 
+    #[expect(clippy::too_many_lines, reason = "it is a table")]
     #[test]
     fn no_type_of_the_program_is_named() {
         let ways = "`Idle`, `Moving`, `Gone`";

@@ -90,6 +90,7 @@ impl Traces {
         self.clients.iter().position(is).map(|place| self.clients.remove(place))
     }
 
+    #[expect(clippy::cognitive_complexity, reason = "it has an event for each kind of report")]
     fn news(&mut self, at: Time, news: &News) {
         let whole = self.controller.clone();
         let of = |transport: &str| self.client(transport).clone();

@@ -136,6 +136,7 @@ impl Talk {
         }
     }
 
+    #[expect(clippy::too_many_lines, reason = "it has a message for each kind of report")]
     fn news(
         &mut self,
         at: Time,

@@ -1,4 +1,6 @@
 //! Expectations as a test of host software uses them.
+
+#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::io::{ErrorKind, Read, Write};

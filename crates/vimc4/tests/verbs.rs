@@ -1,6 +1,11 @@
 //! Every verb of the table is documented, has a method, and does what it says.
 
 #![expect(
+    clippy::cognitive_complexity,
+    clippy::too_many_lines,
+    reason = "a story is told in one piece"
+)]
+#![expect(
     clippy::expect_used,
     clippy::unwrap_used,
     reason = "a test that finds nothing has failed"

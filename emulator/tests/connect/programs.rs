@@ -82,6 +82,7 @@ const AS: (&str, &str) =
     ("as --32 -o /dev/null /dev/null && ld -m elf_i386 -v", "GNU as and ld for x86");
 
 /// All rows.
+#[expect(clippy::too_many_lines, reason = "it is a table")]
 pub(crate) fn programs() -> Vec<Program> {
     use Proof::{ByHand, None, Test};
     const WINE: &str = "Wine 8.0";

@@ -65,6 +65,7 @@ fn after_a_while(program: &str) -> Editor {
     editor
 }
 
+#[expect(clippy::too_many_lines, reason = "the measurement goes step by step")]
 #[test]
 #[ignore = "a measurement, which is to be run of a release build"]
 fn cancels() {

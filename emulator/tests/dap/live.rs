@@ -3,14 +3,13 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::process::Command;
-use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use crate::drilling;
 use crate::editor::Editor;
-use crate::process::limits::{InTime, LIMIT};
+use crate::process::limits::{InTime, LIMIT, until};
 use crate::process::{Process, VIMC4, connect, tcp};
 
 fn behind_a_port() -> Value {
@@ -257,14 +256,10 @@ fn an_editor_attaches_to_controllers_that_run_and_leaves_them_running() {
     host.send("@0A-100,900,0,900,0,900,0,900\r@0A100,900,0,900,0,900,0,900\r@0P\r");
     assert_eq!(host.receive(21), "0000001F4000000000000");
     // Somebody else may have one of them now; a client that vanishes leaves it running, too.
-    loop {
-        match second.try_to("attach", json!({ "controllers": [{ "name": "2" }] })) {
-            Ok(_) => break,
-            // The first one is about to go.
-            Err(refused) => assert!(refused.contains("another editor"), "{refused}"),
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
+    until("the first editor is gone", || {
+        let attached = second.try_to("attach", json!({ "controllers": [{ "name": "2" }] }));
+        attached.inspect_err(|why| assert!(why.contains("another editor"), "{why}")).is_ok()
+    });
     second.ask("configurationDone", json!({}));
     assert_eq!(second.ask("threads", json!({}))["threads"].as_array().unwrap().len(), 1);
     host.send("@0P\r");

@@ -78,6 +78,22 @@ enum Until {
     Condition(Breakpoint),
 }
 
+impl Until {
+    /// The end of a change that begins now.
+    fn of(lasts: Option<&Lasts>, device: &impl Device) -> Until {
+        match lasts {
+            None => Until::End,
+            Some(Lasts::For(span)) => Until::Time(device.now() + *span),
+            Some(Lasts::Until(condition)) if device.holds(condition, [].iter()) => {
+                Until::Time(device.now())
+            }
+            Some(Lasts::Until(condition)) => {
+                Until::Condition(Breakpoint::new(device, condition.clone()))
+            }
+        }
+    }
+}
+
 /// What was changed, to what, and what was before.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -389,16 +405,7 @@ impl Rules {
             inputs.truncate(1);
         }
         let device = ahead.device;
-        let until = match &act.lasts {
-            None => Until::End,
-            Some(Lasts::For(span)) => Until::Time(device.now() + *span),
-            Some(Lasts::Until(condition)) if device.holds(condition, [].iter()) => {
-                Until::Time(device.now())
-            }
-            Some(Lasts::Until(condition)) => {
-                Until::Condition(Breakpoint::new(device, condition.clone()))
-            }
-        };
+        let until = Until::of(act.lasts.as_ref(), device);
         let mine =
             |held: &Held| (held.scenario, held.place, held.act) == (id.scenario, id.place, nth);
         let mut changes: Vec<Change> = Vec::new();

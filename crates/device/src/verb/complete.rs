@@ -84,6 +84,7 @@ impl Names {
     }
 
     /// Those of a verb.
+    #[expect(clippy::too_many_lines, reason = "it has the completions of each verb")]
     fn lines_of(&self, verb: Verb) -> Vec<(Vec<String>, String)> {
         let form = verb.forms()[0];
         let with = |pieces: &[&str], about: &str| {

@@ -88,6 +88,7 @@ fn offset() -> impl Strategy<Value = i32> {
 }
 
 /// Everything an operation can mean while these axes are configured.
+#[expect(clippy::too_many_lines, reason = "it is a table")]
 pub(crate) fn commands(op: Op, dialect: Dialect, axes: AxisSet) -> BoxedStrategy<Command> {
     let init = |strategy: BoxedStrategy<Init>| strategy.prop_map(Command::Init).boxed();
     match op {

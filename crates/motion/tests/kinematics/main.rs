@@ -4,6 +4,8 @@
 //! variable `VIMC4_CASES` sets their number, for example the long run
 //! `VIMC4_CASES=100000 cargo test --release -p vimc4-motion`.
 
+#![expect(clippy::cognitive_complexity, reason = "a story is told in one piece")]
+
 mod arcs;
 mod chains;
 mod circles;

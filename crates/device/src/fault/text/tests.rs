@@ -18,6 +18,7 @@ fn machine(mishap: Mishap) -> Fault {
     MachineFault::new(mishap).into()
 }
 
+#[expect(clippy::too_many_lines, reason = "it is a table")]
 #[test]
 fn every_kind_is_understood() {
     let ms = Duration::from_millis;

@@ -52,6 +52,7 @@ fn vector() -> impl Strategy<Value = Vector> {
 }
 
 /// Commands of one form, with everything they can have.
+#[expect(clippy::too_many_lines, reason = "it is a table")]
 fn commands(op: Op) -> BoxedStrategy<Command> {
     let one = |make: fn(i32) -> Command| whole().prop_map(make).boxed();
     let switch = |make: fn(bool) -> Command| any::<bool>().prop_map(make).boxed();
