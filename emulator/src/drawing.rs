@@ -293,7 +293,7 @@ impl Drawing {
 }
 
 /// Carriage minus counter of each axis.
-fn shifts<D: Device>(device: &D, at: Time) -> Vec<i64> {
+pub(crate) fn shifts<D: Device>(device: &D, at: Time) -> Vec<i64> {
     let axes = device.view(at).axes;
     axes.iter().map(|axis| axis.carriage - axis.position).collect()
 }

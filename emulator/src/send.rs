@@ -23,9 +23,10 @@ use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
 use crate::here::here;
+use crate::job::channel::Ending;
 use crate::job::file;
 use crate::job::operator::{Entered, Operator};
-use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
+use crate::job::perform::{FALSE_REFERENCE, Work, perform, refusal, refused, shown};
 use crate::job::source::{JOB_OPTIONS, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError, speed};
@@ -633,7 +634,8 @@ impl<'a> Sending<'a> {
                 let onward = onward.unwrap_or_default();
                 let _ = writeln!(
                     io::stdout(),
-                    "{name}: ended in line {line}{place}; {STILL_ON}{onward}"
+                    "{name}: ended in line {line}{place}; {STILL_ON}, unless STOP at the panel has \
+                     switched it off{onward}"
                 );
                 self.tell_onward(line);
                 Ok(ExitCode::from(3))
@@ -702,9 +704,8 @@ impl<'a> Sending<'a> {
             Ending::Refused { line, sent, answer } => {
                 // The part after a semicolon would be taken for the remedy.
                 let refusal = refusal(&self.handling, &sent, &answer).replace("; ", ", ");
-                let sent = shown(&sent);
-                let place = self.place();
-                (format!("the controller answered {refusal} to {sent}{place}"), line)
+                let refused = refused(&sent, &answer, &refusal);
+                (format!("{refused}{}", self.place()), line)
             }
         };
         self.tell_onward(line);
@@ -1062,8 +1063,7 @@ impl<'a> Sending<'a> {
             (Some(stop), Halted::Refused(answer)) => {
                 let sent = self.link.sent();
                 let refusal = refusal(&self.handling, sent, answer).replace("; ", ", ");
-                let sent = shown(sent);
-                format!("{} was sent, and the controller answered {refusal} to {sent}", stop.name)
+                format!("{} was sent, and {}", stop.name, refused(sent, answer, &refusal))
             }
             (Some(stop), halted) => {
                 let what = match halted {

@@ -140,6 +140,9 @@ fn a_command_that_ends_off_its_circle_is_explained() {
     // The sense of rotation that is meant, where the directions leave it open.
     let (command, _) = explained(&["@0y400,1500,119,-141,141,-1,1", "--cw"]);
     assert_eq!(command, "@0y400,1500,119,-141,141,1,1\n");
+    let (command, said) = explained(&["@0y64000,4000,-800,800,0,-1,1"]);
+    assert_eq!(command, "@0y64000,4000,-400,800,0,-1,1\n");
+    assert!(said.contains("the arc is 10 turns long and ends 76 steps from its start"), "{said}");
     // A command that is right stays as it is, stored and as a helix, too.
     for right in ["@0y400,1500,119,-141,141,-1,-1", "w32000,600,-1000,-2000,0,1,-1,6000"] {
         let (command, said) = explained(&[right]);

@@ -289,6 +289,78 @@ fn stop_pauses_and_start_goes_on() {
     assert_eq!(x(), 4_000);
 }
 
+/// A job that mills with a spindle that needs 1 s to run up.
+const MILLING: &str =
+    "IMF_PBL\nREF XYZ\nVEL 50000\nSPINDLE CW TIME1000\nMOVEABS X50000\nSPINDLE OFF\nPROGEND\n";
+
+#[test]
+fn a_stopped_job_does_not_go_on_with_a_standing_spindle() {
+    let folder = Folder::with(MILLING);
+    // During the motion, which begins at 6 s, and while the spindle runs up.
+    for (stop, begins) in
+        [("6.3s", "STOP at the panel switches"), ("5.5s", "STOP at the panel has")]
+    {
+        let stop = format!("stop@{stop}");
+        let arguments = [
+            "ncp",
+            "run",
+            "job.ncp",
+            "--machine",
+            "mill",
+            "-v",
+            "--press",
+            &stop,
+            "--press",
+            "start@9s",
+        ];
+        let (out, err) = ends(&folder, &arguments, 0);
+        let said = format!("line 5: {begins}");
+        assert!(
+            err.contains(&said) && err.contains("is switched on again, and runs up for 1 s"),
+            "{err}"
+        );
+        let lines: Vec<&str> = out.lines().filter(|line| line.contains('@')).collect();
+        let on: Vec<usize> = (0..lines.len()).filter(|at| lines[*at].contains("@0B2,1")).collect();
+        assert_eq!(on.len(), 2, "{out}");
+        let next = lines[on[1] + 1];
+        assert!(next.contains("@0S") || next.contains("@0A4000"), "{out}");
+        assert!(out.contains("warning   STOP at the panel has switched the spindle off"), "{out}");
+    }
+}
+
+#[test]
+fn a_spindle_that_stop_has_switched_off_is_switched_on_again_at_a_port() {
+    let folder = Folder::with(MILLING);
+    fs::write(folder.join("list.txt"), "@01\n@0B2,1\n@0A4000,4000\n@0B2,0\n").unwrap();
+    for (file, model) in [("job.ncp", "imc4"), ("list.txt", "imc4"), ("job.ncp", "imc-s8")] {
+        let (emulator, port) = listening(model, "bench", Clock::Real);
+        let arguments = [file, "--to", &port, "--model", model, "--machine", "mill"];
+        let child = sending(&folder, &arguments);
+        let x = || emulator.position().unwrap()[0];
+        let spindle = || {
+            let ports = emulator.view().unwrap().ports;
+            ports.iter().find(|port| !port.input && port.port == 2).unwrap().value
+        };
+        until("it moves", || x() > 400);
+        assert_eq!(spindle(), 1);
+        emulator.press(Button::Stop).unwrap();
+        until_it_rests(x);
+        assert_eq!(spindle(), 0);
+        thread::sleep(Duration::from_millis(300));
+        emulator.hold(Button::Start).unwrap();
+        until("the spindle is on", || spindle() == 1);
+        let output = child.output_in_time().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{err}");
+        assert!(err.contains("; it is switched on again"), "{err}");
+        let sent = sent(&emulator);
+        let again = sent.iter().rposition(|sent| sent == "@0B2,1").unwrap();
+        let next = sent[again..].iter().find(|sent| !sent.contains(['b', 'P', 'D', '1'])).unwrap();
+        // A controller whose START goes on by itself is only followed.
+        assert_eq!(next, if model == "imc4" { "@0S" } else { "@0B2,0" }, "{sent:?}");
+    }
+}
+
 #[test]
 fn ctrl_c_brakes_and_says_where() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
@@ -1012,10 +1084,7 @@ fn a_plot_ends_with_its_error_and_the_next_is_taken() {
         let output = child.output_in_time().unwrap();
         let err = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{err}");
-        assert!(
-            err.contains("the controller answered E") && err.contains("--> plot.plt:3:1"),
-            "{err}"
-        );
+        assert!(err.contains("was answered E") && err.contains("--> plot.plt:3:1"), "{err}");
         // Whatever state that has left, the next one is taken.
         let (_, err) = ends(&folder, &[&["send"], &plot[..]].concat(), 0);
         assert_eq!(x(), 12_000, "{err}");
@@ -2100,7 +2169,7 @@ fn a_code_of_two_meanings_is_told_with_both() {
     let virtual_one = "with 2: X has no reference point: @0R1 finds it";
     assert!(err.contains(virtual_one), "{err}");
     assert!(
-        err.contains("the controller answered 2: limit switch, or no reference point to @0M"),
+        err.contains("was answered 2: limit switch, or no reference point") && err.contains("@0M"),
         "{err}"
     );
 }

@@ -126,6 +126,18 @@ fn stops_errors_and_limits_are_where_they_happened() {
 }
 
 #[test]
+fn an_arc_that_misses_its_end_is_a_warning_at_that_end() {
+    let folder = bench();
+    written(folder.path(), "arc.txt", "@07\n@0y64000,4000,-800,800,0,-1,1\n");
+    run(folder.path(), "run arc.txt --plot arc.svg --plot-view top --as gcode arc.ngc");
+    let (svg, gcode) = (read(folder.path(), "arc.svg"), read(folder.path(), "arc.ngc"));
+    let warning = drawn(&svg, "mark warning");
+    assert!(warning.len() == 1 && warning[0].contains("warning at 16."), "{warning:?}");
+    assert!(drawn(&svg, "mark error").is_empty());
+    assert!(gcode.contains("(warning at 16.0") && !gcode.contains("(error"), "{gcode}");
+}
+
+#[test]
 fn a_recording_draws_the_same_path() {
     let folder = bench();
     let line = "run examples/commands.txt --machine mill --record drill.jsonl --plot one.svg";

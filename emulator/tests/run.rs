@@ -797,7 +797,8 @@ fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
     let line = |number: &str| {
         text.lines().find(|line| line.trim_start().starts_with(number)).unwrap().to_owned()
     };
-    assert!(line("3 ").contains("  0  after "), "{text}");
+    // It is answered before it moves.
+    assert!(line("3 ").contains("  0  done after "), "{text}");
     assert!(!line("4 ").contains("after"), "{text}");
     assert!(line("5 ").contains("  02  after "), "{text}");
     assert!(line("5 ").contains("limit switch Z+"), "{text}");
@@ -805,6 +806,51 @@ fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
     let end =
         "line 5 (`@0m5,900,5,900,90000,900,0,900`) was answered 0, and then 2: limit switch Z+";
     assert!(ended(&text).contains(end), "{text}");
+}
+
+#[test]
+fn the_time_of_an_early_answer_is_when_it_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("job.txt");
+    fs::write(&file, "@03\n@0r3\n@0P\n").unwrap();
+    let text = String::from_utf8(vimc4(&file, "--model c142 --machine mill -v").stdout).unwrap();
+    assert!(text.contains("@0r3                              0  done after 4.0"), "{text}");
+    let json = vimc4(&file, "--model c142 --machine mill --json").stdout;
+    let summary: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(summary["answers"][1]["took_ns"], 0, "{summary}");
+}
+
+#[test]
+fn a_stop_of_a_stored_program_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("program.txt");
+    fs::write(&file, "0 5000,1000\n0 -5000,1000\n").unwrap();
+    let presses = "--axes 1 --press start@0s --press stop@1s --press start@3s";
+    let text = String::from_utf8(vimc4(&file, presses).stdout).unwrap();
+    let said =
+        "cut short: in line 1 of the program, by STOP at the panel: START or @0S goes on with it";
+    assert!(text.contains(said), "{text}");
+}
+
+#[test]
+fn where_an_axis_is_not_known_is_said_with_what_finds_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("job.txt");
+    let found = "unknown   the place of X; a reference run finds it";
+    for (commands, options, is_known) in [
+        ("@01\n@0A8000,1000\n", "--press estop@2s", false),
+        ("@01\n@0R1\n@0A-100,1000\n", "--machine mill", false),
+        ("@01\n@0R1\n@0A100,1000\n", "--machine mill", true),
+        ("@01\n@0A100,1000\n@0n1\n@0A100,1000\n", "--machine mill", true),
+    ] {
+        fs::write(&file, commands).unwrap();
+        let text = String::from_utf8(vimc4(&file, options).stdout).unwrap();
+        assert_eq!(text.contains(found), !is_known, "{commands}: {text}");
+        let json = vimc4(&file, &format!("{options} --json")).stdout;
+        let summary: Value = serde_json::from_slice(&json).unwrap();
+        let known = &summary["axes"]["X"]["position_known"];
+        assert_eq!(known == &json!(false), !is_known, "{commands}: {summary}");
+    }
 }
 
 /// Runs the command in a folder: exit code, standard output and standard error.
@@ -944,4 +990,15 @@ fn an_arc_that_ends_off_its_circle_is_warned_of() {
     let summary: Value = serde_json::from_slice(&vimc4(&file, "--json").stdout).unwrap();
     assert_eq!(summary["warnings"].as_array().unwrap().len(), 1);
     assert_eq!(summary["warnings"][0]["warning"], "off-circle");
+}
+
+#[test]
+fn whole_turns_that_do_not_come_back_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turns.txt");
+    fs::write(&file, "@07\n@0y64000,4000,-800,800,0,-1,1\n@0y64000,4000,-400,800,0,-1,1\n")
+        .unwrap();
+    let said = String::from_utf8(vimc4(&file, "").stdout).unwrap();
+    let warning = "the arc is 10 turns long and ends 76 steps from its start; D -400, Rx -1, Ry 1 would end there";
+    assert_eq!((said.matches(warning).count(), said.matches("warning").count()), (1, 1), "{said}");
 }

@@ -83,6 +83,19 @@ impl Handling {
         of!(Model, &self.model, model => model.refusal_of(command, answer))
     }
 
+    /// Whether a command switches the spindle on or off, which STOP at the panel switches off; `None`
+    /// if it does neither.
+    #[must_use]
+    pub fn spindle_after(&self, command: &[u8]) -> Option<bool> {
+        of!(Model, &self.model, model => model.spindle_after(command))
+    }
+
+    /// The input port, and the bit of it, that show the spindle.
+    #[must_use]
+    pub fn spindle_shown(&self) -> Option<(u16, u8)> {
+        of!(Model, &self.model, model => model.spindle_shown())
+    }
+
     /// The pieces of a file, in order, if it is a stream of commands and not a list of lines.
     #[must_use]
     pub fn stream(&self, file: &[u8]) -> Option<Vec<Piece>> {

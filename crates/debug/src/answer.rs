@@ -131,13 +131,12 @@ impl fmt::Display for Where {
         }
         self.line.as_ref().map_or(Ok(()), |line| write!(f, "\n    {line}"))?;
         for axis in self.axes.iter().filter(|axis| axis.configured) {
-            let referenced = if axis.referenced { "" } else { ", not referenced" };
             let hertz = axis.speed / 1_000_000;
             write!(f, "\n    {:<2} {:>10}", axis.name, axis.position)?;
             if axis.speed != 0 {
                 write!(f, "  {hertz} Hz")?;
             }
-            f.write_str(referenced)?;
+            f.write_str(axis.reference_in_words())?;
         }
         Ok(())
     }

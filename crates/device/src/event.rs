@@ -5,6 +5,7 @@ use std::fmt;
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
+use vimc4_motion::OffCircle;
 
 use crate::{Course, FaultNews, FaultNumber, Grouped, Point, RuleId, RuleNews, Segment, SignalId};
 
@@ -51,8 +52,8 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         why: Option<Box<str>>,
     },
-    /// A command or a program was ended early, and no error answer says so: its answer follows, or
-    /// never comes.
+    /// A command or a program was ended early, or a program was stopped, and no error answer says so:
+    /// its answer follows, or never comes.
     CutShort {
         /// The mnemonic of the command; that of what begins a program, for a program.
         mnemonic: Cow<'static, str>,
@@ -225,13 +226,19 @@ pub enum Warning {
         /// What it reads now, in steps.
         reads: i64,
     },
-    /// An arc ends beside its circle: its parameters are not those of a circle.
+    /// An arc ends beside its circle, or after whole turns beside its start: its parameters are not
+    /// those of the circle.
     OffCircle {
-        /// From its end to the circle, in steps.
+        /// From its end to the circle, or to its start, in steps.
         steps: u64,
-        /// Which parameters would end on the circle, for people: a fragment.
+        /// How many whole turns long it is, if it should end at its start.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        turns: Option<u64>,
+        /// Which parameters would end there, for people: a fragment.
         remedy: Cow<'static, str>,
     },
+    /// STOP at the panel has switched the spindle off.
+    SpindleOff,
     /// A program ended with an error.
     ProgramError {
         /// The reply code that names the error.
@@ -267,6 +274,13 @@ impl fmt::Display for Loss {
             Loss::Stalled => "stood still, because its motor could not follow",
             Loss::Pushed => "was moved, and not by its motor",
         })
+    }
+}
+
+impl From<OffCircle> for Warning {
+    fn from(off: OffCircle) -> Warning {
+        let OffCircle { steps, turns, .. } = off;
+        Warning::OffCircle { steps, turns, remedy: off.remedy_in_words().into() }
     }
 }
 
@@ -310,9 +324,23 @@ impl fmt::Display for Warning {
                 "the {name} counter came to its end and went on from the other one: it reads {}",
                 Grouped(*reads)
             ),
-            Warning::OffCircle { steps, remedy } => {
-                write!(f, "ends {} steps off the circle; {remedy}", Grouped(*steps as i64))
+            Warning::OffCircle { steps, turns, remedy } => {
+                let steps = Grouped(*steps as i64);
+                match turns {
+                    None => write!(f, "ends {steps} steps off the circle; {remedy}"),
+                    Some(turns) => {
+                        let s = if *turns == 1 { "" } else { "s" };
+                        let turns = Grouped(*turns as i64);
+                        write!(
+                            f,
+                            "the arc is {turns} turn{s} long and ends {steps} steps from its start; {remedy}"
+                        )
+                    }
+                }
             }
+            Warning::SpindleOff => f.write_str(
+                "STOP at the panel has switched the spindle off; going on does not switch it on",
+            ),
             Warning::ProgramError { code, line, why } => {
                 write!(f, "the program ended in line {line} with error {code}: {why}")
             }

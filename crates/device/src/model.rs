@@ -147,6 +147,17 @@ pub trait Model: Sized {
         Self::refusal(answer)
     }
 
+    /// Whether a command switches the spindle on or off, which STOP at the panel switches off; `None`
+    /// if it does neither.
+    fn spindle_after(&self, _command: &[u8]) -> Option<bool> {
+        None
+    }
+
+    /// The input port, and the bit of it, that show the spindle.
+    fn spindle_shown(&self) -> Option<(u16, u8)> {
+        None
+    }
+
     /// The pieces of a stream of commands, in order. Empty where files are lists of lines.
     fn stream(&self, _file: &[u8]) -> Vec<Piece> {
         Vec::new()

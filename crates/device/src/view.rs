@@ -304,6 +304,24 @@ pub struct AxisView {
     pub limits: [bool; 2],
 }
 
+impl AxisView {
+    /// Whether its counter does not tell where its carriage is, and a reference run would.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        !self.referenced && self.carriage != self.position
+    }
+
+    /// What its counter lacks, for people: what follows the place it shows.
+    #[must_use]
+    pub fn reference_in_words(&self) -> &'static str {
+        match (self.referenced, self.is_lost()) {
+            (true, _) => "",
+            (false, false) => ", not referenced",
+            (false, true) => ", not referenced: a reference run finds where it is",
+        }
+    }
+}
+
 /// A signal and what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SignalView {

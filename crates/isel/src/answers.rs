@@ -159,6 +159,15 @@ impl Firmware {
         self.emit(Event::CutShort { mnemonic, why });
     }
 
+    /// A new motion drops what is left of a motion or a program that was stopped.
+    pub(crate) fn drop_stopped(&mut self) {
+        if self.state.run.is_some() {
+            let by = |_: &Firmware| "a motion of the host: the rest of it is dropped".to_owned();
+            self.for_no_command(|c| c.tell_cut_short(Purpose::Program, by, true));
+        }
+        self.state.forget_stopped_motion();
+    }
+
     /// Reports what a reset or the loss of power ends without an answer.
     pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
         if let Some(job) = self.under_way() {

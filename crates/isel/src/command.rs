@@ -56,7 +56,7 @@ impl Firmware {
             }
             other => {
                 if matches!(other, Command::SimulateReference(_)) {
-                    self.state.forget_stopped_motion();
+                    self.drop_stopped();
                 }
                 self.apply(&other);
                 Reply::Done.into()

@@ -80,21 +80,21 @@ impl Firmware {
             | Command::Circle(_)
             | Command::Helix(..)
             | Command::MoveUntil { .. } => {
-                self.state.forget_stopped_motion();
+                self.drop_stopped();
                 self.warn_off_circle(&command);
                 let plan = self.plan_of(&command);
                 self.begin_plan(job, plan)
             }
             Command::Reference(axes) => {
-                self.state.forget_stopped_motion();
+                self.drop_stopped();
                 self.begin_reference(job, axes)
             }
             Command::Free(axes) => {
-                self.state.forget_stopped_motion();
+                self.drop_stopped();
                 self.begin_free(job, axes)
             }
             Command::SelfTest => {
-                self.state.forget_stopped_motion();
+                self.drop_stopped();
                 self.begin_self_test()
             }
             Command::Start => self.start_command(job),

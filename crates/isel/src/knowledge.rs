@@ -18,6 +18,7 @@ use vimc4_isel_wire::{Control, Mode, Op, Reply, spec, table};
 use vimc4_plant::Machine;
 
 use crate::axes::AXIS_NAMES;
+use crate::wiring::spindle_of;
 use crate::{Controller, FlashError, Model};
 
 /// A control code ends what was begun or does not belong to it.
@@ -268,6 +269,14 @@ impl vimc4_device::Model for Model {
 
     fn refusal_of(&self, command: &[u8], answer: &[u8]) -> Option<String> {
         answers::refusal_of(self, command, answer)
+    }
+
+    fn spindle_after(&self, command: &[u8]) -> Option<bool> {
+        effects::spindle_after(self, command)
+    }
+
+    fn spindle_shown(&self) -> Option<(u16, u8)> {
+        spindle_of(&self.ports.read)
     }
 
     fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {

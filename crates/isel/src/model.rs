@@ -8,7 +8,7 @@ use vimc4_device::ModemLine;
 use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions, Mode, Op, table};
 use vimc4_plant::{ProfileError, profiles};
 
-use crate::wiring::{Output, Ports, Wire};
+use crate::wiring::{Ports, Wire, spindle_of};
 
 /// A model of controller. Every value that the manuals leave open is in here, so that the owner of
 /// a real controller can correct it without touching code.
@@ -511,11 +511,7 @@ impl Model {
     /// The output port and the bit of it that switch the spindle, if there is one.
     #[must_use]
     pub fn spindle_bit(&self) -> Option<(u16, u8)> {
-        self.ports.write.iter().find_map(|(port, wires)| {
-            let mut bits = (0..).zip(wires);
-            let spindle = bits.find(|(_, wire)| **wire == Wire::Output(Output::SPINDLE));
-            spindle.map(|(bit, _)| (*port, bit))
-        })
+        spindle_of(&self.ports.write)
     }
 
     /// How a line is read while these axes are set; `line` is its place in the data field, from 0,

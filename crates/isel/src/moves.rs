@@ -52,8 +52,7 @@ impl Firmware {
             Direction::Counterclockwise => Turn::Counterclockwise,
         };
         if let Some(off) = self.arc(args).off_circle(turn) {
-            let remedy = off.remedy_in_words().into();
-            self.emit(Event::Warning(Warning::OffCircle { steps: off.steps, remedy }));
+            self.emit(Event::Warning(off.into()));
         }
     }
 

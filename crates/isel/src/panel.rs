@@ -1,7 +1,7 @@
 //! Buttons, switches and the supply: what the outside world does to the controller
 //! (99 appendix E).
 
-use vimc4_device::{Event, Kinds, StopCause};
+use vimc4_device::{Event, Kinds, StopCause, Warning};
 use vimc4_isel_wire::Op;
 use vimc4_plant::PlantSignal;
 
@@ -64,6 +64,9 @@ impl Firmware {
     /// STOP halts the motion or the program, and the spindle.
     fn stop_button(&mut self) -> Outcome {
         self.for_no_command(|firmware| {
+            if firmware.state.driven().get(Output::SPINDLE) && firmware.wants(Kinds::WARNING) {
+                firmware.emit(Event::Warning(Warning::SpindleOff));
+            }
             firmware.drive(|outputs| outputs.set(Output::SPINDLE, false));
         });
         self.stop(By::Button)

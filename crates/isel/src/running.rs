@@ -97,6 +97,8 @@ impl Firmware {
         run.stopping = None;
         if run.by_command {
             self.answer_stopped(Op::Start, by);
+        } else {
+            self.tell_cut_short(Purpose::Program, |c| c.pause_in_words(by), true);
         }
     }
 

@@ -349,6 +349,15 @@ impl Ports {
     }
 }
 
+/// The port and the bit of it that are wired to the spindle, if one is.
+pub(crate) fn spindle_of(ports: &BTreeMap<u16, Vec<Wire>>) -> Option<(u16, u8)> {
+    ports.iter().find_map(|(port, wires)| {
+        let mut bits = (0..).zip(wires);
+        let spindle = bits.find(|(_, wire)| **wire == Wire::Output(Output::SPINDLE));
+        spindle.map(|(bit, _)| (*port, bit))
+    })
+}
+
 /// The bits whose wires fit.
 fn bits(wires: &[Wire], fits: impl Fn(Wire) -> bool) -> u8 {
     wires.iter().enumerate().fold(0, |bits, (bit, wire)| bits | u8::from(fits(*wire)) << bit)

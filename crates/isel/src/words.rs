@@ -12,7 +12,7 @@ use vimc4_plant::End;
 
 use crate::axes::AXIS_NAMES;
 use crate::firmware::Firmware;
-use crate::model::CommandSet;
+use crate::model::{CommandSet, LeaveSwitch};
 use crate::program::Validity;
 use crate::why::{Breaker, By, COVER_OPEN, Off, Opened, Why};
 use crate::wiring::{Output, Wire};
@@ -60,7 +60,17 @@ impl Firmware {
             }
             Why::OnSwitch { axis, end, away } => {
                 let quirk = if away { " (leave_switch)" } else { "" };
-                format!("{} is on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
+                let opposite = if end == End::Negative { '+' } else { '-' };
+                let way = match state.model.quirks.leave_switch {
+                    LeaveSwitch::Refuse => String::new(),
+                    LeaveSwitch::Away => format!("a move towards {opposite} or "),
+                };
+                let bit = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+                format!(
+                    "{bit} is on {}: {way}{} leaves it{quirk}",
+                    switch(axis, end),
+                    self.reference_run(bit)
+                )
             }
             Why::Switch { hit, by_hand } => {
                 let pressed = if by_hand { " pressed" } else { "" };
@@ -196,6 +206,16 @@ impl Firmware {
                 "STOP at the panel (stop_in_move_until)".to_owned()
             }
         }
+    }
+
+    /// What stopped a program that START has begun, and what goes on with it.
+    pub(crate) fn pause_in_words(&self, by: By) -> String {
+        let by = match by {
+            By::Line => "253 from the line",
+            By::Button => "STOP at the panel",
+            By::ButtonHeld => "STOP, which is held at the panel",
+        };
+        format!("{by}: START or {} goes on with it", self.sent("S"))
     }
 
     fn input_in_words(&self, PortTest { port, mask, value }: PortTest) -> String {

@@ -7,12 +7,16 @@ use crate::{Arc, ArcState, CircleFit, Turn};
 /// beside it.
 const NEAR: f64 = 3.0;
 
-/// An arc that ends beside its circle, the one through its start around the centre.
+/// An arc that ends beside its circle, the one through its start around the centre; or one that has
+/// the length of whole turns and does not end at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OffCircle {
-    /// From its end to the circle, in steps, rounded.
+    /// From its end to the circle, or to its start, in steps, rounded.
     pub steps: u64,
-    /// The registers with which the engine stays on the circle. `None` if the arc starts at its centre.
+    /// How many whole turns long it is, if it should end at its start.
+    pub turns: Option<u64>,
+    /// The registers with which the engine stays on the circle, and comes back to its start after whole
+    /// turns. `None` if the arc starts at its centre.
     pub remedy: Option<ArcState>,
     /// Whether the directions are those of the quadrant that ends where the arc starts. Routines that
     /// look at the signs of an unrounded start give them for a start within half a step of an axis.
@@ -20,7 +24,7 @@ pub struct OffCircle {
 }
 
 impl Arc {
-    /// Whether it ends beside its circle. `turn` is the sense of rotation that is meant where its
+    /// Whether it ends beside its circle, or after whole turns beside its start. `turn` is the sense of rotation that is meant where its
     /// directions are those of neither.
     ///
     /// ```
@@ -33,14 +37,27 @@ impl Arc {
     #[must_use]
     pub fn off_circle(&self, turn: Turn) -> Option<OffCircle> {
         let (start, end) = (self.state_at(0), self.state_at(u64::MAX));
-        let radius = |at: ArcState| ((at.x * at.x + at.y * at.y) as f64).sqrt();
-        let beside = (radius(end) - radius(start)).abs();
+        let turn = start.turn().unwrap_or(turn);
+        let turns = start.whole_turns(self.length(), turn);
+        let radius = |x: i64, y: i64| ((x * x + y * y) as f64).sqrt();
+        let beside = match turns {
+            Some(_) => radius(end.x - start.x, end.y - start.y),
+            None => (radius(end.x, end.y) - radius(start.x, start.y)).abs(),
+        };
         if beside <= NEAR {
             return None;
         }
-        let steps = beside.round() as u64;
-        let quadrant_before = start.runs_off_its_axis();
-        Some(OffCircle { steps, remedy: start.on_circle(turn), quadrant_before })
+        let comes_back = |remedy: &ArcState| {
+            let end = Arc::new(0, 1, self.length(), *remedy).state_at(u64::MAX);
+            (end.x, end.y) == (start.x, start.y)
+        };
+        let remedy = start.on_circle(turn).filter(|remedy| turns.is_none() || comes_back(remedy));
+        Some(OffCircle {
+            steps: beside.round() as u64,
+            turns: turns.map(|(turns, _)| turns),
+            remedy: remedy.or(turns.map(|(_, closed)| closed)),
+            quadrant_before: start.runs_off_its_axis(),
+        })
     }
 }
 
@@ -51,7 +68,8 @@ impl OffCircle {
         let Some(ArcState { d, rx, ry, .. }) = self.remedy else {
             return "it starts at its centre, where no circle does".to_owned();
         };
-        let remedy = format!("D {d}, Rx {rx}, Ry {ry} would end on it");
+        let place = if self.turns.is_some() { "there" } else { "on it" };
+        let remedy = format!("D {d}, Rx {rx}, Ry {ry} would end {place}");
         if self.quadrant_before {
             return format!(
                 "{remedy}; the C routine of the manual (A2) takes the wrong quadrant for a start \
@@ -83,10 +101,21 @@ impl ArcState {
         }
     }
 
+    /// How many whole turns so many steps are, on a circle with a radius of whole steps that the place
+    /// belongs to, and the registers that come back to it.
+    fn whole_turns(&self, steps: u64, turn: Turn) -> Option<(u64, ArcState)> {
+        let least = (self.x * self.x + self.y * self.y).isqrt();
+        [least, least + 1].into_iter().find_map(|radius| {
+            let fit = CircleFit::new(self.x, self.y, radius * radius, turn)?;
+            let turns = steps / fit.steps_per_turn();
+            let is_whole = turns > 0 && steps.is_multiple_of(fit.steps_per_turn());
+            (is_whole && fit.steps_per_turn() == 8 * radius as u64).then(|| (turns, fit.start()))
+        })
+    }
+
     /// The same place with the registers of a circle, as many as possible as they are.
     fn on_circle(&self, turn: Turn) -> Option<ArcState> {
         let (x, y) = (self.x, self.y);
-        let turn = self.turn().unwrap_or(turn);
         let fit = CircleFit::new(x, y, x * x + y * y, turn)?.start();
         let settled = -x.abs() < self.d && self.d <= y.abs();
         Some(ArcState { d: if settled { self.d } else { fit.d }, ..fit })
@@ -123,6 +152,25 @@ mod tests {
         assert_eq!((found.steps, found.remedy), (7, None));
     }
 
+    #[test]
+    fn whole_turns_end_at_their_start() {
+        // Ten turns of radius 800; and one of radius 200 from 135 degrees, where the circle of these
+        // registers is one step narrower.
+        for (steps, d, place, right) in
+            [(64_000, -800, (800, 0), -400), (1_600, -100, (-141, 141), 119)]
+        {
+            let (x, y) = place;
+            let (rx, ry) = Turn::Counterclockwise.directions(x, y).unwrap();
+            let start = ArcState { x, y, d, rx, ry };
+            let found = off(steps, start, Turn::Counterclockwise).unwrap();
+            assert_eq!(found.turns, Some(steps / (8 * if x == 800 { 800 } else { 200 })));
+            let remedy = found.remedy.unwrap();
+            assert_eq!(remedy, ArcState { d: right, ..start });
+            assert_eq!(off(steps, remedy, Turn::Counterclockwise), None);
+            assert_eq!(off(steps - 40, start, Turn::Counterclockwise), None);
+        }
+    }
+
     proptest! {
         /// The registers of a circle end on it, after any number of steps.
         #[test]
@@ -133,7 +181,9 @@ mod tests {
             let (x, y) = ((radius * cos).round() as i64, (radius * sin).round() as i64);
             let square = (radius * radius).round() as i64;
             if let Some(fit) = CircleFit::new(x, y, square, TURNS[turn]) {
-                prop_assert_eq!(off(steps, fit.start(), TURNS[turn]), None);
+                // The place may belong to a circle of another radius too, whose whole turns these are.
+                let beside = off(steps, fit.start(), TURNS[turn]).filter(|off| off.turns.is_none());
+                prop_assert_eq!(beside, None);
             }
         }
 

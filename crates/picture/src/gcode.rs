@@ -138,6 +138,7 @@ impl File {
         let what = match kind {
             MarkKind::Start | MarkKind::End => return,
             MarkKind::Stop => "stopped",
+            MarkKind::Warning => "warning",
             MarkKind::Error => "error",
             MarkKind::Limit => "limit switch",
             MarkKind::Tool => "tool",

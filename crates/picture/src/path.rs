@@ -105,6 +105,9 @@ pub(crate) fn sign(kind: MarkKind) -> (&'static str, &'static str, Colour, &'sta
                 (-2.0, 0.0),
             ],
         ),
+        MarkKind::Warning => {
+            ("mark warning", "warning", [217, 119, 6], &[(0.0, 8.0), (8.0, -6.0), (-8.0, -6.0)])
+        }
         MarkKind::Limit => {
             ("mark limit", "limit switch", [147, 51, 234], &[(0.0, -8.0), (8.0, 6.0), (-8.0, 6.0)])
         }
@@ -595,6 +598,7 @@ fn legend(scene: &mut Scene, plot: &Plot, frame: &Frame, fastest: f64, colouring
         MarkKind::Start,
         MarkKind::End,
         MarkKind::Stop,
+        MarkKind::Warning,
         MarkKind::Error,
         MarkKind::Limit,
         MarkKind::Tool,

@@ -17,6 +17,8 @@ pub enum MarkKind {
     Tool,
     /// The controller was put into another state, and goes on from here.
     Back,
+    /// Nothing went wrong, but something was lost or assumed.
+    Warning,
     /// An error answer, or a loss.
     Error,
     /// A motion ended before its time.
@@ -74,6 +76,8 @@ pub struct Plot {
     marks: Vec<Mark>,
     left_out: usize,
     running: Option<Running>,
+    /// What the end of the arc that begins next misses.
+    misses: Option<String>,
     /// How much longer the controller has lived than its own time says, in nanoseconds, because it was put
     /// back.
     ahead: u64,
@@ -100,6 +104,8 @@ struct Running {
     over: Over,
     /// How far the carriages run on when it ends.
     overrun: Point,
+    /// What its end misses.
+    misses: Option<String>,
 }
 
 /// Another state that a controller was put into.
@@ -137,6 +143,7 @@ impl Plot {
             marks: Vec::new(),
             left_out: 0,
             running: None,
+            misses: None,
             ahead: 0,
             purpose: Purpose::default(),
             counters: None,
@@ -171,8 +178,10 @@ impl Plot {
                     self.mark(MarkKind::Start, at, from, String::new());
                 }
                 let (origin, segment) = (*origin, segment.clone());
-                let (over, overrun) = (Over::default(), [0; AXES]);
-                self.running = Some(Running { began: at, from, origin, segment, over, overrun });
+                let (over, overrun, misses) = (Over::default(), [0; AXES], self.misses.take());
+                let began = at;
+                self.running =
+                    Some(Running { began, from, origin, segment, over, overrun, misses });
             }
             Event::Motion(Motion::Changes { segment }) => {
                 if let Some(running) = &mut self.running {
@@ -193,9 +202,9 @@ impl Plot {
                 // How a line ends says nothing.
                 let answer = bytes.trim_ascii_end().escape_ascii().to_string();
                 let answer: String = answer.chars().take(12).collect();
-                self.explain(at, format!("{answer}: {why}"));
+                self.explain(MarkKind::Error, at, format!("{answer}: {why}"));
             }
-            Event::CutShort { why, .. } => self.explain(at, why.to_string()),
+            Event::CutShort { why, .. } => self.explain(MarkKind::Error, at, why.to_string()),
             Event::Warning(warning) => self.warned(at, warning),
             _ => {}
         }
@@ -216,8 +225,8 @@ impl Plot {
         let nanos = now.nanos_since(began);
         let over = Over { steps: segment.profile.steps_at(nanos), nanos };
         let (from, segment) = (added(&counters, &shift), over.rest(segment));
-        let (origin, overrun) = (counters, [0; AXES]);
-        self.running = Some(Running { began: at, from, origin, segment, over, overrun });
+        let (origin, overrun, misses) = (counters, [0; AXES], None);
+        self.running = Some(Running { began: at, from, origin, segment, over, overrun, misses });
     }
 
     /// When something is drawn that happens at a time of the controller.
@@ -316,7 +325,8 @@ impl Plot {
     }
 
     fn end(&mut self, at: Time, steps: Option<u64>) {
-        let Some(Running { began, from, origin, segment, over, overrun }) = self.running.take()
+        let Some(Running { began, from, origin, segment, over, overrun, misses }) =
+            self.running.take()
         else {
             return;
         };
@@ -338,6 +348,9 @@ impl Plot {
                 }
                 None => self.mark(MarkKind::Stop, at, place, String::new()),
             }
+        }
+        if let Some(misses) = misses.filter(|_| made == segment.path.length()) {
+            self.mark(MarkKind::Warning, at, added(&from, &moved), misses);
         }
         if made > 0 {
             self.motions += 1;
@@ -386,12 +399,12 @@ impl Plot {
         }
     }
 
-    /// Why something went wrong: that belongs to what is marked here already, or is an error.
-    fn explain(&mut self, at: Time, why: String) {
+    /// Why something went wrong: that belongs to what is marked here already, or is a mark of this kind.
+    fn explain(&mut self, kind: MarkKind, at: Time, why: String) {
         let place = self.place(at);
         match self.marks.last_mut().filter(|last| last.place == place) {
             Some(last) if last.kind > MarkKind::Error && last.kind.is_trouble() => last.add(&why),
-            _ => self.mark(MarkKind::Error, at, place, why),
+            _ => self.mark(kind, at, place, why),
         }
     }
 
@@ -409,10 +422,14 @@ impl Plot {
                     *shift += steps;
                 }
             }
-            Warning::ProgramError { .. }
-            | Warning::FalseReference { .. }
-            | Warning::OffCircle { .. }
-            | Warning::CounterWrapped { .. } => self.explain(at, warning.to_string()),
+            Warning::ProgramError { .. } => {
+                self.explain(MarkKind::Error, at, warning.to_string());
+            }
+            Warning::FalseReference { .. } | Warning::CounterWrapped { .. } => {
+                self.explain(MarkKind::Warning, at, warning.to_string());
+            }
+            // It is told before the arc begins.
+            Warning::OffCircle { .. } => self.misses = Some(warning.to_string()),
             _ => {}
         }
     }

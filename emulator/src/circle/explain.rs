@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use serde_json::json;
+use vimc4_device::Warning;
 use vimc4_motion::{AXES, Arc, ArcState, Helix, Path, Turn};
 use vimc4_picture::{Axis, Frame};
 
@@ -33,10 +34,8 @@ pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     let remedy = off.as_ref().map_or(Some(command.start), |off| off.remedy);
     let (start, end) = (command.start, arc.state_at(command.steps));
     draw(arguments, &command, &arc)?;
-    let ends = off.map_or_else(
-        || "ends on the circle".to_owned(),
-        |off| format!("ends {} steps off the circle; {}", off.steps, off.remedy_in_words()),
-    );
+    let ends =
+        off.map_or_else(|| "ends on the circle".to_owned(), |off| Warning::from(off).to_string());
     let lines: Vec<String> = remedy.iter().map(|start| command.with(*start)).collect();
     if arguments.json {
         return print(&[json!({

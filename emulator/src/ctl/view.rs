@@ -26,8 +26,8 @@ pub(crate) fn told(view: &Value, signals: &Value) -> String {
         if !axis.configured {
             more.push_str(", not configured");
         }
-        if axis.configured && !axis.referenced {
-            more.push_str(", not referenced");
+        if axis.configured || axis.is_lost() {
+            more.push_str(axis.reference_in_words());
         }
         put(format!("  {:<16} {:>8} steps{more}", axis.name, axis.position));
     }

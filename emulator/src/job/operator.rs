@@ -13,7 +13,8 @@ use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
-use super::perform::{Attendant, Decision, shown};
+use super::channel::{Attendant, Decision};
+use super::perform::shown;
 use super::typing::Typing;
 use crate::endings;
 use crate::text::shown_in_line;
@@ -487,6 +488,10 @@ impl Attendant for Operator<'_> {
         let finds_zero =
             question == Question::Teach && (sets_zero || matches!(command, Instruction::Move(..)));
         self.entered.push(Entered { line, finds_zero, changes_frame, typed: typed.to_owned() });
+    }
+
+    fn tell(&mut self, text: &str) {
+        Operator::tell(self, text);
     }
 
     fn object(&mut self, problem: Problem) {

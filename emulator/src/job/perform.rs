@@ -6,9 +6,12 @@
 use std::time::Duration;
 
 use vimc4_catalogue::Handling;
-use vimc4_device::{StartButton, Travel, escape};
+use vimc4_device::{StartButton, Stop, Travel, escape};
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
-use vimc4_ncp::{Diagnostic, Problem, Severity};
+use vimc4_ncp::{Diagnostic, Severity};
+
+use super::channel::{Attendant, Channel, Decision, Ending, byte, line_of, question};
+use super::spindle::{Spindle, Why};
 
 /// How often an awaited input is polled: the controller does not report changes.
 const LOOK: Duration = Duration::from_millis(100);
@@ -18,121 +21,6 @@ const LONG: Duration = Duration::from_secs(3_600);
 /// What a stopped reference run means, for people.
 pub(crate) const FALSE_REFERENCE: &str = "the reference run was stopped, so its reference is false: where \
     the axis was stopped may count as 0; the job has ended there";
-
-/// A controller that answers.
-pub(crate) trait Channel {
-    /// Why it no longer answers.
-    type Broken;
-
-    /// Sends a command with its CR and awaits its answer.
-    fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Self::Broken>;
-
-    /// Lets time pass.
-    fn wait(&mut self, time: Duration) -> Result<(), Self::Broken>;
-
-    /// Lets time pass until something may have changed, and no longer than this. Anything that the
-    /// controller sends meanwhile is unsolicited.
-    fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Self::Broken>;
-
-    /// Sends what goes through the controller to the unit behind it, and awaits what that says.
-    fn pass(&mut self, line: &[u8]) -> Result<Vec<u8>, Self::Broken>;
-
-    /// How the controller is handled.
-    fn handling(&self) -> &Handling;
-
-    /// Whether a halt is wanted that the controller does not know of; asking clears it.
-    fn wants_halt(&mut self) -> bool {
-        false
-    }
-
-    /// Requests a halt.
-    fn want_halt(&mut self) {}
-
-    /// Makes sure that a motion that was stopped rests: START at the panel may have let it go on,
-    /// and then it is stopped again. What the motion has answered meanwhile; nothing if it has
-    /// rested all the time.
-    fn settle(&mut self) -> Result<Vec<u8>, Self::Broken> {
-        Ok(Vec::new())
-    }
-
-    /// Called while the operator is awaited and nothing moves; notes the present position, so that
-    /// changes to the machine are noticed. Returns whether that took time, in which the operator
-    /// may have decided.
-    fn rests(&mut self) -> Result<bool, Self::Broken> {
-        Ok(false)
-    }
-
-    /// Whether the reference run that was just answered was stopped, so that its reference is
-    /// false; asking clears it.
-    fn reference_is_false(&mut self) -> bool {
-        false
-    }
-
-    /// The input port of a wait was read.
-    fn polled(&mut self, _test: InputTest, _read: u8) {}
-
-    /// Something that a line asks for begins; it may be a movement at the rapid speed.
-    fn begins(&mut self, line: u32, is_rapid: bool);
-
-    /// It is done.
-    fn done(&mut self);
-}
-
-/// The attendant, who decides.
-pub(crate) trait Attendant {
-    /// What a HALT, a GETTOOL or a WPTEACH in this line asks for.
-    fn ask(&mut self, line: u32, question: Question) -> Decision;
-
-    /// An input does not have its level yet.
-    fn wait(&mut self, line: u32, test: InputTest) -> Decision;
-
-    /// A motion was stopped.
-    fn stopped(&mut self, line: u32) -> Decision;
-
-    /// A halt is wanted while nothing moves: it comes before the next motion.
-    fn held(&mut self, _line: u32) -> Decision {
-        Decision::GoOn
-    }
-
-    /// The question has been settled elsewhere. Returns whether something was typed meanwhile.
-    fn leaves(&mut self) -> bool {
-        false
-    }
-
-    /// A line is about to begin; in line-by-line mode it waits for the attendant.
-    fn step(&mut self, _line: u32) -> Decision {
-        Decision::GoOn
-    }
-
-    /// A command was answered.
-    fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
-
-    /// What the attendant has said at a question is done; it stands in no file.
-    /// `changes_frame` says whether lines behind it go elsewhere.
-    fn entered(&mut self, _line: u32, _question: Question, _typed: &str, _changes_frame: bool) {}
-
-    /// What the attendant has said cannot be done so.
-    fn object(&mut self, problem: Problem);
-}
-
-/// What an attendant decides.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Decision {
-    /// Go on: it is done. At WPTEACH: the work-piece zero is here.
-    GoOn,
-    /// At WPTEACH: the work-piece zero stays where it was. At a wait: do not wait any longer.
-    Skip,
-    /// Not yet; for a wait: check again.
-    NotYet,
-    /// The answer is not a decision; the question is repeated at once.
-    Again,
-    /// There is and will be no one to decide.
-    Unattended,
-    /// First do what this line says.
-    First(String),
-    /// End the job.
-    End,
-}
 
 /// What there is to do.
 #[derive(Clone, Debug)]
@@ -163,23 +51,6 @@ enum Task {
     Dwell(Duration),
     Await(InputTest),
     Ask(Question),
-}
-
-/// How a job ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
-    /// Everything was done.
-    Done,
-    /// The controller has refused a command.
-    Refused { line: u32, sent: Vec<u8>, answer: Vec<u8> },
-    /// The attendant has ended it.
-    Ended { line: u32 },
-    /// It waits for an attendant, and there is none.
-    Unattended { line: u32 },
-    /// A reference run was stopped, and what it has answered is not a reference.
-    FalseReference { line: u32 },
-    /// A line could not be carried out, and why.
-    Impossible { line: u32, why: String },
 }
 
 impl Work<'_> {
@@ -228,6 +99,7 @@ pub(crate) fn perform<L: Channel>(
 ) -> Result<Ending, L::Broken> {
     let mut before = 0;
     let mut wrong = (0, String::new());
+    let mut spindle = Spindle::default();
     while let Some((line, task)) = work.next(&mut wrong) {
         // What was typed while nothing was asked comes before what is next.
         let done = if before == 0 { line } else { before };
@@ -241,14 +113,21 @@ pub(crate) fn perform<L: Channel>(
             return Ok(ending);
         }
         let ending = match task {
-            Task::Send { bytes, .. } => send(line, &bytes, link, attendant)?,
+            Task::Send { bytes, .. } => send(line, &bytes, link, attendant, &mut spindle)?,
             Task::Plot(piece) => plot(&piece, link, attendant)?,
             Task::Dwell(time) => {
                 link.wait(time)?;
+                spindle.waited(Some(time));
                 None
             }
-            Task::Await(test) => await_input(line, test, link, attendant)?,
-            Task::Ask(question) => ask(line, question, work, link, attendant)?,
+            Task::Await(test) => {
+                spindle.waited(None);
+                await_input(line, test, link, attendant)?
+            }
+            Task::Ask(question) => {
+                spindle.waited(None);
+                ask(line, question, work, link, attendant)?
+            }
         };
         if let Some(ending) = ending {
             return Ok(ending);
@@ -290,11 +169,17 @@ fn send<L: Channel>(
     bytes: &[u8],
     link: &mut L,
     attendant: &mut dyn Attendant,
+    spindle: &mut Spindle,
 ) -> Result<Option<Ending>, L::Broken> {
+    let travel = link.handling().model().family().travel_of(bytes);
+    if !matches!(travel, Travel::Question | Travel::None)
+        && let Some(ending) = spindle.check(line, link, attendant)?
+    {
+        return Ok(Some(ending));
+    }
     let mut answer = link.command(bytes)?;
     attendant.answered(line, bytes, &answer);
     // Regardless of its answer, 0 is where the axis was stopped.
-    let travel = link.handling().model().family().travel_of(bytes);
     if matches!(travel, Travel::Reference(_))
         && (link.reference_is_false() || answer.starts_with(b"F"))
     {
@@ -302,7 +187,7 @@ fn send<L: Channel>(
     }
     loop {
         match answer.as_slice() {
-            [b'0', ..] | [.., b'\n', b'0'] => return Ok(None),
+            [b'0', ..] | [.., b'\n', b'0'] => return spindle.sent(bytes, link).map(|()| None),
             // Some controllers confirm the stop with a 0 of its own.
             [b'F'] | [b'F', b'0'] => {}
             _ => {
@@ -333,6 +218,12 @@ fn send<L: Channel>(
                 if was_typed {
                     link.want_halt();
                 }
+                if heard == link.handling().done
+                    && !spindle.is_on(link)?
+                    && let Some(ending) = spindle.put_back(line, Why::Started, link, attendant)?
+                {
+                    return Ok(Some(ending));
+                }
                 answer = heard;
                 continue;
             }
@@ -348,11 +239,38 @@ fn send<L: Channel>(
             _ => return Ok(Some(Ending::Ended { line })),
         };
         if let (true, Some(stop)) = (goes_on, link.handling().stop) {
-            let resume = line_of(stop.resume);
-            answer = link.command(&resume)?;
-            attendant.answered(line, &resume, &answer);
+            match resume(line, stop, link, attendant, spindle)? {
+                Ok(next) => answer = next,
+                Err(ending) => return Ok(Some(ending)),
+            }
         }
     }
+}
+
+/// Goes on with a motion that was stopped, once the spindle runs as the job has it. What that is
+/// answered.
+fn resume<L: Channel>(
+    line: u32,
+    stop: Stop,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+    spindle: &Spindle,
+) -> Result<Result<Vec<u8>, Ending>, L::Broken> {
+    if let Some(ending) = spindle.put_back(line, Why::GoesOn, link, attendant)? {
+        return Ok(Err(ending));
+    }
+    if stop.start == StartButton::Resumes && spindle.is_wanted() {
+        // START may have let it go on while the spindle ran up.
+        let heard = link.settle()?;
+        if !heard.is_empty() {
+            attendant.answered(line, b"", &heard);
+            return Ok(Ok(heard));
+        }
+    }
+    let resume = line_of(stop.resume);
+    let answer = link.command(&resume)?;
+    attendant.answered(line, &resume, &answer);
+    Ok(Ok(answer))
 }
 
 /// Sends a piece of a plot file until it is completed. Nothing on the line stops what has begun,
@@ -395,24 +313,13 @@ fn hold<L: Channel>(
     }
 }
 
-/// A line as it is sent.
-fn line_of(text: &str) -> Vec<u8> {
-    format!("{text}\r").into_bytes()
-}
-
-/// The two digits behind a `0`.
-fn byte(answer: &[u8]) -> Option<u8> {
-    let digits = std::str::from_utf8(answer.strip_prefix(b"0")?).ok()?;
-    u8::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2)
-}
-
 fn await_input<L: Channel>(
     line: u32,
     test: InputTest,
     link: &mut L,
     attendant: &mut dyn Attendant,
 ) -> Result<Option<Ending>, L::Broken> {
-    let question = format!("@0b{}\r", test.port).into_bytes();
+    let question = question(test.port);
     loop {
         let answer = link.command(&question)?;
         let Some(read) = byte(&answer) else {
@@ -475,6 +382,14 @@ fn ask<L: Channel>(
 /// What an answer refuses, for people.
 pub(crate) fn refusal(handling: &Handling, sent: &[u8], answer: &[u8]) -> String {
     handling.refusal(sent, answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
+}
+
+/// What became of a command, in the words of [`refusal`], for people.
+pub(crate) fn refused(sent: &[u8], answer: &[u8], refusal: &str) -> String {
+    match answer {
+        b"" => format!("{} was not answered", shown(sent)),
+        _ => format!("{} was answered {refusal}", shown(sent)),
+    }
 }
 
 /// A command, for people.

@@ -7,7 +7,8 @@ use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Heard, Time, Travel, Warning};
 use vimc4_ncp::job::InputTest;
 
-use super::perform::{Channel, refusal};
+use super::channel::Channel;
+use super::perform::refusal;
 use super::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::run::driver::{Driver, Halt, News};
 use crate::text::explained;
@@ -169,6 +170,15 @@ impl Channel for Virtual {
     fn reference_is_false(&mut self) -> bool {
         let said = self.warnings.iter().skip(self.warned);
         said.into_iter().any(|(_, warning)| matches!(warning, Warning::FalseReference { .. }))
+    }
+
+    /// It is seen without asking.
+    fn spindle(&mut self) -> Result<Option<bool>, Halt> {
+        let view = self.driver.device().view(self.driver.now());
+        Ok(self.handling.spindle_shown().and_then(|(port, bit)| {
+            let shown = view.ports.iter().find(|shown| shown.input && shown.port == port)?;
+            Some(shown.value >> bit & 1 == 1)
+        }))
     }
 
     fn polled(&mut self, test: InputTest, read: u8) {

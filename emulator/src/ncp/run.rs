@@ -17,8 +17,9 @@ use super::check;
 use super::problems::as_json;
 use crate::endings::{self, INTERRUPTED};
 use crate::failure::Failure;
+use crate::job::channel::Ending;
 use crate::job::operator::Operator;
-use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, shown};
+use crate::job::perform::{FALSE_REFERENCE, Work, perform, refused};
 use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::Virtual;
 use crate::output;
@@ -211,13 +212,8 @@ impl Outcome {
         let (code, word, text, line) = match ending {
             Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
             Ok(Ending::Refused { line, sent, answer }) => {
-                let answer = link.refusal(&sent, &answer);
-                (
-                    1,
-                    "error",
-                    format!("line {line}: {} was answered {answer}", shown(&sent)),
-                    Some(line),
-                )
+                let refused = refused(&sent, &answer, &link.refusal(&sent, &answer));
+                (1, "error", format!("line {line}: {refused}"), Some(line))
             }
             Ok(Ending::Ended { line }) => {
                 (3, "ended", format!("line {line}: ended by the operator"), Some(line))
@@ -282,13 +278,16 @@ impl Outcome {
         let mut axes = Map::new();
         for axis in site.target.axes.iter() {
             let extent = meter.extent.map(|(low, high)| (low[axis], high[axis]));
-            let value: Value = json!({
+            let mut value: Value = json!({
                 "position": view.axes.get(axis).map(|axis| axis.position),
                 "travelled": meter.steps[axis],
                 "extent": extent,
                 "unit": units[axis].name,
                 "unit_per_step": units[axis].per_step,
             });
+            if meter.lost.contains(&axis) {
+                value["position_known"] = false.into();
+            }
             axes.insert(name(site, axis).to_owned(), value);
         }
         let warnings: Vec<&vimc4_device::Warning> =
@@ -324,14 +323,21 @@ impl Outcome {
             let (low, high) =
                 meter.extent.map_or((position, position), |(low, high)| (low[axis], high[axis]));
             let travelled = i64::try_from(meter.steps[axis]).unwrap_or(i64::MAX);
+            let end = match meter.lost.contains(&axis) {
+                true => "unknown".to_owned(),
+                false => shown(position),
+            };
             text += &format!(
                 "{:<10}{:>18}{:>18}{:>18}{:>18}\n",
                 name(site, axis),
-                shown(position),
+                end,
                 shown(low),
                 shown(high),
                 shown(travelled),
             );
+        }
+        if let Some(lost) = meter.lost_in_words(|axis| name(site, axis).to_owned()) {
+            text += &format!("unknown   {lost}\n");
         }
         text += &format!("path      {:.3} mm\n", meter.path_mm);
         let commands = Grouped(i64::try_from(link.commands).unwrap_or(i64::MAX));

@@ -15,7 +15,7 @@ use super::meter::Meter;
 use super::rounds::Rounds;
 use super::tape::Tape;
 use crate::coverage::Covering;
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, shifts};
 use crate::endings::InOrder;
 use crate::failure::Failure;
 use crate::waves::{Sheets, Waves};
@@ -39,6 +39,8 @@ pub(crate) struct Driver {
     ending: Option<InOrder>,
     tape: Option<Tape>,
     covering: Option<Covering>,
+    /// Carriage minus counter of each axis when it was switched on.
+    shifts: Vec<i64>,
     pub(crate) drawing: Option<Drawing>,
     waves: Option<Waves>,
     /// Events that have not been taken yet.
@@ -60,7 +62,7 @@ pub(crate) enum News {
     Line(u32),
     /// Something was lost or assumed.
     Warning(Warning),
-    /// A rule or a fault has done something.
+    /// A rule or a fault has done something, or a command or a program was cut short.
     Told(String),
 }
 
@@ -89,7 +91,9 @@ const WANTED: Kinds = Kinds::COMMAND
 
 impl Driver {
     pub(crate) fn new(device: Controller, meter: Meter, most_rounds: Option<u64>) -> Driver {
+        let shifts = shifts(&device, device.now());
         let mut driver = Driver {
+            shifts,
             harness: Harness::new(Line::ideal(device)).watching(WANTED),
             has_rules: false,
             end: Time::NEVER,
@@ -164,6 +168,7 @@ impl Driver {
     pub(crate) fn close(&mut self) -> Result<(), Failure> {
         let now = self.now();
         self.meter.stop(now);
+        self.meter.lost = self.lost(now);
         let why = self.heed().map_or("the run was interrupted", |()| "the run has ended");
         let device = self.harness.device();
         if let Some(tape) = self.tape.take() {
@@ -176,6 +181,17 @@ impl Driver {
         let waved = self.waves.take().map_or(Ok(()), |waves| waves.finish(now));
         let traced = self.meter.end_trace();
         kept.and(drawn).and(waved).and(traced)
+    }
+
+    /// The axes, by number, whose counters do not tell where they are: they have lost steps, or the
+    /// controller has begun to count anew.
+    fn lost(&self, now: Time) -> Vec<usize> {
+        let axes = self.device().view(now).axes;
+        let lost = axes
+            .iter()
+            .zip(&self.shifts)
+            .filter(|(axis, shift)| !axis.referenced && axis.carriage - axis.position != **shift);
+        lost.map(|(axis, _)| usize::from(axis.index)).collect()
     }
 
     /// Everything is written and said. If somebody has asked for the end, that is the end of the program.
@@ -336,6 +352,9 @@ impl Driver {
                     && matches!(motion, Motion::Begins { .. })
                     && self.head() == Some(true);
                 self.meter.watch(at, motion, down);
+            }
+            Event::CutShort { why, .. } => {
+                self.news.push_back((at, News::Told(format!("cut short: {why}"))));
             }
             Event::Port { .. } => self.rounds.something_happened(),
             Event::Warning(warning) => self.news.push_back((at, News::Warning(warning))),

@@ -29,6 +29,8 @@ pub(crate) struct Meter {
     pub(crate) top: Option<u64>,
     /// The lowest and the highest counters.
     pub(crate) extent: Option<(Point, Point)>,
+    /// The axes whose counters do not tell where they are, when everything is over.
+    pub(crate) lost: Vec<usize>,
     scale: [f64; AXES],
     running: Option<Running>,
 }
@@ -64,6 +66,18 @@ impl Meter {
             }
             Motion::Ends { steps } => self.end(at, |_| steps),
         }
+    }
+
+    /// Says which axes are at an unknown place, and what finds it; nothing if there is none.
+    pub(crate) fn lost_in_words(&self, name: impl Fn(usize) -> String) -> Option<String> {
+        let names: Vec<String> = self.lost.iter().map(|axis| name(*axis)).collect();
+        let (places, it) = match names.len() {
+            0 => return None,
+            1 => ("place", "it"),
+            _ => ("places", "them"),
+        };
+        let names = names.join(", ");
+        Some(format!("the {places} of {names}; a reference run finds {it}"))
     }
 
     /// Ends the table of the steps, if there is one.

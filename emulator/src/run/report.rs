@@ -139,7 +139,10 @@ pub(super) struct Answer<'a> {
     pub(super) why: Option<&'a str>,
     /// When it was sent.
     pub(super) at: Time,
+    /// How long its answer took.
     pub(super) took: Duration,
+    /// How long it ran: older cards answer some commands before they execute them.
+    pub(super) ran: Duration,
     /// What people call it.
     pub(super) meaning: String,
 }
@@ -148,6 +151,8 @@ pub(super) struct Answer<'a> {
 struct Summary<'a> {
     end: &'a End,
     axes: Vec<Travelled<'a>>,
+    /// Which of them are at an unknown place, for people.
+    lost: Option<String>,
     path_mm: f64,
     /// How much of the path was made with the head down, and how long it took, where there is a head.
     down: Option<(f64, Duration)>,
@@ -159,6 +164,8 @@ struct Summary<'a> {
 struct Travelled<'a> {
     name: &'a str,
     position: i64,
+    /// Whether that is where it is.
+    is_known: bool,
     steps: u64,
     unit: Measure,
 }
@@ -170,7 +177,9 @@ fn travelled<'a>(view: &'a vimc4::View, meter: &Meter, machine: &Machine) -> Vec
         let number = usize::from(axis.index);
         let (steps, unit) = (*meter.steps.get(number)?, *units.get(number)?);
         let is_shown = axis.configured || axis.position != 0 || steps != 0;
-        is_shown.then_some(Travelled { name: &axis.name, position: axis.position, steps, unit })
+        let (name, position) = (axis.name.as_str(), axis.position);
+        let is_known = !meter.lost.contains(&number);
+        is_shown.then_some(Travelled { name, position, is_known, steps, unit })
     });
     axes.collect()
 }
@@ -242,7 +251,7 @@ impl RunReport {
 
     /// A command was answered, or was not.
     pub(super) fn answer(&mut self, answer: Answer<'_>) {
-        let Answer { line, answer, why, at, took, meaning } = answer;
+        let Answer { line, answer, why, at, took, ran, meaning } = answer;
         let whole = answer.map(|answer| [answer.early.as_slice(), &answer.bytes].concat());
         let answer = whole.as_deref();
         let sent = line.length() + answer.map_or(0, <[u8]>::len);
@@ -277,6 +286,9 @@ impl RunReport {
         let mut said = format!("{number:>6}  {:<32}  {text}", shortened(&sent, QUOTE));
         if !took.is_zero() {
             said += &format!("  after {}", seconds(took));
+        }
+        if ran > took {
+            said += &format!("  done after {}", seconds(ran));
         }
         if let Some(why) = why {
             said += &format!(": {}", shown_in_line(&shortened(why, QUOTE)));
@@ -463,7 +475,8 @@ impl RunReport {
         let down = view.details.is_head_down().map(|_| meter.down);
         let time = view.at - self.began;
         let axes = travelled(view, meter, machine);
-        let summary = Summary { end, axes, path_mm: meter.path_mm, down, rounds, time };
+        let lost = meter.lost_in_words(|axis| view.axes[axis].name.clone());
+        let summary = Summary { end, axes, lost, path_mm: meter.path_mm, down, rounds, time };
         match self.json {
             true => {
                 let summary = self.as_json(&summary).to_string();
@@ -476,12 +489,15 @@ impl RunReport {
 
     fn as_json(&mut self, summary: &Summary<'_>) -> Value {
         let axes = summary.axes.iter().map(|axis| {
-            let value = json!({
+            let mut value = json!({
                 "position": axis.position,
                 "travelled": axis.steps,
                 "unit": axis.unit.name,
                 "unit_per_step": axis.unit.per_step,
             });
+            if !axis.is_known {
+                value["position_known"] = false.into();
+            }
             (axis.name.to_owned(), value)
         });
         let mut shown = json!({
@@ -518,17 +534,23 @@ impl RunReport {
 
     fn print(&mut self, summary: &Summary<'_>, baud: u32) {
         let mut table = format!("\n{:<10}{:>14}{:>32}\n", "axis", "position", "travelled");
-        for Travelled { name, position, steps, unit } in &summary.axes {
+        for Travelled { name, position, is_known, steps, unit } in &summary.axes {
             let length = |steps: f64| format!("{:.3} {:<2}", steps * unit.per_step, unit.name);
+            let place = match is_known {
+                true => length(*position as f64),
+                false => "unknown".to_owned(),
+            };
             table += &format!(
-                "{name:<10}{:>14}{:>18}{:>14}{:>18}\n",
+                "{name:<10}{:>14}{place:>18}{:>14}{:>18}\n",
                 Grouped(*position),
-                length(*position as f64),
                 Grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
                 length(*steps as f64),
             );
         }
         self.say(table.trim_end_matches('\n'));
+        if let Some(lost) = &summary.lost {
+            self.say(&format!("unknown   {lost}"));
+        }
         self.say(&format!("path      {:.3} mm", summary.path_mm));
         if let Some((path_mm, time)) = summary.down {
             let time = seconds(time);

@@ -107,6 +107,7 @@ impl Session {
         self.driver.send(&line.whole());
         let mut answered = None;
         let mut ignored = None;
+        let mut took = Duration::ZERO;
         loop {
             while let Some((now, news)) = self.driver.news.pop_front() {
                 let (bytes, why) = match news {
@@ -121,6 +122,7 @@ impl Session {
                     }
                 };
                 self.remember(line, &bytes);
+                took = now - at;
                 answered = Some(match answered.take() {
                     None => Answered { early: Vec::new(), bytes, why },
                     Some(Answered { early, bytes: before, .. }) => {
@@ -131,10 +133,10 @@ impl Session {
             // Without an answer a host waits on, unless the line is for another controller.
             let idle = self.driver.device().is_idle();
             if idle && (answered.is_some() || ignored.is_some()) {
-                let took = self.driver.now() - at;
                 let answer = answered.as_ref();
                 let why = answer.map_or(ignored.as_deref(), |answer| answer.why.as_deref());
-                self.report.answer(Answer { line, answer, why, at, took, meaning });
+                let ran = self.driver.now() - at;
+                self.report.answer(Answer { line, answer, why, at, took, ran, meaning });
                 if answered.is_none() {
                     self.unanswered.push(line.number);
                 }
@@ -144,8 +146,9 @@ impl Session {
                 if !idle {
                     return Err(self.halted(halt, Some(line)));
                 }
-                let took = self.driver.now() - at;
-                self.report.answer(Answer { line, answer: None, why: None, at, took, meaning });
+                let ran = self.driver.now() - at;
+                let (answer, why, took) = (None, None, ran);
+                self.report.answer(Answer { line, answer, why, at, took, ran, meaning });
                 return Err(self.never_answered(halt, line));
             }
             self.report.progress(self.driver.now());

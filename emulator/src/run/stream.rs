@@ -226,7 +226,7 @@ impl Session {
         };
         let answer = (!answer.bytes.is_empty()).then_some(&answer);
         let why = answer.and_then(|answer| answer.why.as_deref());
-        self.report.answer(Answer { line, answer, why, at, took, meaning });
+        self.report.answer(Answer { line, answer, why, at, took, ran: took, meaning });
     }
 
     /// Why nothing goes on.

@@ -10,7 +10,8 @@ use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
 use crate::failure::Failure;
-use crate::job::perform::{Attendant, Channel, Decision, Ending, Work, perform, shown};
+use crate::job::channel::{Attendant, Channel, Decision, Ending};
+use crate::job::perform::{Work, perform, shown};
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;

@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use vimc4_catalogue::Handling;
 use vimc4_device::{Heard, Identity, Question, Travel, Until};
 
-use crate::job::perform::Channel;
+use crate::job::channel::Channel;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::job::virtual_time::Did;
 use crate::port::{Port, PortError};
@@ -609,7 +609,7 @@ impl Wire {
             return;
         }
         self.axes.hear(travel, answer);
-        if travel != Travel::Question {
+        if !matches!(travel, Travel::Question | Travel::None) {
             self.paused = answer.starts_with(b"F");
         }
     }
@@ -625,10 +625,10 @@ impl Wire {
         let (_, takes) = self.progress.expected();
         let travel = self.travel_of(sent);
         // Observing changes nothing, and a motion that was stopped and continued ends as in
-        // rehearsal.
+        // rehearsal, with the spindle that was switched on again before.
         let goes_on = self.handling.stop.is_some_and(|stop| {
             sent.strip_suffix(b"\r").is_some_and(|sent| sent == stop.resume.as_bytes())
-        });
+        }) || self.handling.spindle_after(sent).is_some();
         if travel == Travel::Question || goes_on {
             return Ok(());
         }

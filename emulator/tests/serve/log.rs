@@ -97,7 +97,7 @@ fn nothing_that_happens_to_the_machine_or_a_program_is_left_out() {
             "2  after 2.7 s: line 1 of the program, `m50000,9000,0,900,0,900,0,900`: limit switch…",
             "standard input: press start",
             "line 1: m",
-            "warning: the program ended in line 1 with error 2: X is on limit switch X+",
+            "warning: the program ended in line 1 with error 2: X is on limit switch X+: @0R1 leaves it",
         ],
     );
 }

@@ -42,8 +42,16 @@ fn warnings_say_what_happened_and_what_to_do() {
              and where it stopped counts as 0; a complete reference run corrects it",
         ),
         (
-            Warning::OffCircle { steps: 1_667, remedy: "D 9, Rx 1, Ry -1 would end on it".into() },
+            Warning::OffCircle {
+                steps: 1_667,
+                turns: None,
+                remedy: "D 9, Rx 1, Ry -1 would end on it".into(),
+            },
             "ends 1,667 steps off the circle; D 9, Rx 1, Ry -1 would end on it",
+        ),
+        (
+            Warning::OffCircle { steps: 76, turns: Some(10), remedy: "D 9 would end there".into() },
+            "the arc is 10 turns long and ends 76 steps from its start; D 9 would end there",
         ),
         (
             Warning::ProgramError { code: '2', line: 3, why: "limit switch X+ at step 9".into() },
@@ -129,7 +137,9 @@ fn warnings() -> impl Strategy<Value = Warning> {
             name,
             reads
         }),
-        (any::<u64>(), words()).prop_map(|(steps, remedy)| Warning::OffCircle { steps, remedy }),
+        (any::<u64>(), any::<Option<u64>>(), words())
+            .prop_map(|(steps, turns, remedy)| Warning::OffCircle { steps, turns, remedy }),
+        Just(Warning::SpindleOff),
         (any::<char>(), any::<u32>(), boxed())
             .prop_map(|(code, line, why)| Warning::ProgramError { code, line, why }),
     ]
@@ -251,11 +261,12 @@ fn variant(event: &Event) -> u32 {
         Event::Course(Course::Stops { .. }) => 23,
         Event::Rule { .. } => 24,
         Event::Warning(Warning::OffCircle { .. }) => 25,
+        Event::Warning(Warning::SpindleOff) => 26,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 26;
+const VARIANTS: u32 = 27;
 
 #[test]
 fn what_is_written_is_read_again() {

@@ -21,14 +21,20 @@ pub use inputs::{DeedError, is_like, settable};
 pub use order::{Order, OrderError};
 pub use table::{Form, Sort, Verb};
 
-/// Where axes are, as people read it: `X 2500 Y 0`; and what must be done before the controller goes
-/// on, if it rests for a reason: `X 2500 Y 0, limit error`.
+/// Where axes are, as people read it: `X 2500 Y 0`. If the controller rests for a reason, also why, and
+/// the axes whose counters do not tell where they are: `X 2500 Y 0, limit error; X needs a reference run`.
 #[must_use]
 pub fn position_in_words(axes: &[AxisView], activity: Activity) -> String {
-    let axes: Vec<_> = axes.iter().map(|axis| format!("{} {}", axis.name, axis.position)).collect();
-    match activity.is_held_up() {
-        true => format!("{}, {activity}", axes.join(" ")),
-        false => axes.join(" "),
+    let places: Vec<_> =
+        axes.iter().map(|axis| format!("{} {}", axis.name, axis.position)).collect();
+    let places = places.join(" ");
+    let lost = axes.iter().filter(|axis| axis.is_lost()).map(|axis| axis.name.as_str());
+    let lost: Vec<&str> = lost.collect();
+    match (activity.is_held_up(), lost.as_slice()) {
+        (false, _) => places,
+        (true, []) => format!("{places}, {activity}"),
+        (true, [axis]) => format!("{places}, {activity}; {axis} needs a reference run"),
+        (true, axes) => format!("{places}, {activity}; {} need a reference run", axes.join(", ")),
     }
 }
 

@@ -4,6 +4,8 @@ use vimc4_device::{Effects, Travel};
 use vimc4_isel_wire::control;
 
 use super::answers::{is_question, letter};
+use crate::model::Model;
+use crate::wiring::{Output, Wire};
 
 /// What sending these bytes may do.
 pub(super) fn of(sent: &[u8]) -> Effects {
@@ -60,6 +62,17 @@ pub(super) fn travel_of(command: &[u8]) -> Travel {
         Some(letter) if is_question(letter) => Travel::Question,
         _ => Travel::None,
     }
+}
+
+/// Whether a command switches the spindle on or off, if it does either.
+pub(super) fn spindle_after(model: &Model, command: &[u8]) -> Option<bool> {
+    letter(command).filter(|letter| *letter == b'B')?;
+    let text = std::str::from_utf8(command).ok()?.replace([' ', '\r'], "");
+    let (port, value) = text.split_once('B')?.1.split_once(',')?;
+    let (port, value): (u16, u8) = (port.parse().ok()?, value.parse().ok()?);
+    let wires = model.ports.writable(port)?;
+    let bit = wires.iter().position(|wire| *wire == Wire::Output(Output::SPINDLE))?;
+    Some(if wires.len() == 1 { value != 0 } else { value >> bit & 1 == 1 })
 }
 
 /// The number behind the letter of a command.
