@@ -42,6 +42,11 @@ impl Arguments {
     pub(crate) fn is_meant(&self) -> bool {
         self.http.is_some() || self.web
     }
+
+    /// The file of the token, if there is one.
+    pub(crate) fn token_file(&self) -> Option<&Path> {
+        self.http_token.as_deref()
+    }
 }
 
 pub(crate) fn place(arguments: &Arguments) -> Result<Option<Place>, Failure> {

@@ -16,10 +16,12 @@ pub(crate) use arguments::Arguments;
 use arguments::{MOST, print};
 
 use crate::failure::Failure;
+use crate::typed_options::TypedOptions;
 
-pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<(), Failure> {
     if let Some(command) = &arguments.explain {
-        return explain::run(&arguments, command);
+        typed.refuse_if(!arguments.pictured.is_meant(), &["plane"], "without --plot")?;
+        return explain::run(&arguments, typed, command);
     }
     let wanted = Wanted::new(&arguments)?;
     let circle = wanted.fitted()?;

@@ -28,6 +28,7 @@ use vimc4_debug::Debugger;
 use crate::completions;
 use crate::failure::Failure;
 use crate::here::here;
+use crate::identity::none_twice;
 use crate::job::source::JobOptions;
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, link, numbered, of_flash};
@@ -206,6 +207,7 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
     if arguments.screen {
         screen::check()?;
     }
+    none_twice(arguments.inputs(), arguments.ports.flash.as_deref())?;
     let script = arguments.script.as_deref().map(Script::read).transpose()?;
     let cancel = Cancel::default();
     let links = Links::default();
@@ -213,6 +215,7 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
     interrupts::listen(&cancel, move || left.remove());
     let mut session = open(&arguments, typed, cancel, &links)?;
     session.show = reading::on_terminal();
+    session.inputs = arguments.inputs().map(Path::to_owned).collect();
     let session = Rc::new(RefCell::new(session));
     let end = converse(&session, arguments.screen, script.as_ref());
     let emulators = Rc::into_inner(session).map(|session| session.into_inner().into_emulators());
@@ -221,6 +224,14 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
         emulator.stop();
     }
     end
+}
+
+impl Arguments {
+    /// The files that are read, which no output may replace.
+    fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let what = self.what.as_deref().map(Path::new);
+        what.into_iter().chain(self.script.as_deref()).chain(self.setup.files())
+    }
 }
 
 /// Carries out what is typed or written down.

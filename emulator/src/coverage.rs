@@ -93,7 +93,7 @@ pub(crate) fn keep(path: &Path, met: impl IntoIterator<Item = Coverage>) -> Resu
         let _ = whole.merge(&more);
         whole
     });
-    whole.map_or(Ok(()), |whole| add_coverage(path, &whole).map(drop).map_err(Failure::midway))
+    whole.map_or(Ok(()), |whole| add_coverage(path, &whole).map(drop).map_err(Failure::usage))
 }
 
 /// Counts what a run in virtual time meets.

@@ -49,11 +49,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(port) = arguments.port {
         let listener = bind(port)?;
         crate::output::print(&format!("debug adapter at {}\n", address(&listener)?))?;
-        listen(&listener, None);
+        listen(&listener, None, &|text| drop(writeln!(io::stderr(), "{text}")));
         return Ok(ExitCode::SUCCESS);
     }
     let input = BufReader::new(io::stdin());
-    let end = server::serve(input, io::stdout().lock(), None)
+    let end = server::serve(input, io::stdout().lock(), None, |_| {})
         .map_err(|error| Failure::midway(format!("cannot write to the editor: {error}")))?;
     Ok(match end {
         End::Disconnected => ExitCode::SUCCESS,
@@ -76,8 +76,13 @@ pub(crate) fn address(listener: &TcpListener) -> Result<SocketAddr, Failure> {
     listener.local_addr().map_err(Failure::midway)
 }
 
-/// Waits for clients, for ever. They may attach to controllers that run already.
-pub(crate) fn listen(listener: &TcpListener, served: Option<&Served>) {
+/// Waits for clients, for ever. They may attach to controllers that run already. `say` is told of a client
+/// that speaks another protocol.
+pub(crate) fn listen(
+    listener: &TcpListener,
+    served: Option<&Served>,
+    say: &(impl Fn(&str) + Clone + Send + 'static),
+) {
     let clients = Arc::new(AtomicUsize::new(0));
     for stream in listener.incoming() {
         let Ok(stream) = stream else { continue };
@@ -87,10 +92,10 @@ pub(crate) fn listen(listener: &TcpListener, served: Option<&Served>) {
             continue;
         }
         let own = Arc::clone(&clients);
-        let served = served.cloned();
+        let (served, say) = (served.cloned(), say.clone());
         let talk = move || {
             // A client that leaves has nobody to be told why.
-            let _ = talk(stream, served);
+            let _ = talk(stream, served, say);
             own.fetch_sub(1, Ordering::SeqCst);
         };
         if thread::Builder::new().name("session".to_owned()).spawn(talk).is_err() {
@@ -99,11 +104,19 @@ pub(crate) fn listen(listener: &TcpListener, served: Option<&Served>) {
     }
 }
 
-fn talk(stream: TcpStream, served: Option<Served>) -> io::Result<()> {
+fn talk(
+    stream: TcpStream,
+    served: Option<Served>,
+    say: impl Fn(&str) + Send + 'static,
+) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let input = BufReader::new(stream.try_clone()?);
+    let client = stream.peer_addr()?;
+    let refused = move |why: &str| {
+        say(&format!("debug adapter: closed the connection of {client}: {why}"));
+    };
     let mut output = stream;
-    server::serve(input, &mut output, served)?;
+    server::serve(input, &mut output, served, refused)?;
     output.flush()?;
     // Its reader is let go, too.
     output.shutdown(std::net::Shutdown::Both)

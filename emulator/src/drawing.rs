@@ -105,6 +105,11 @@ enum Format {
 }
 
 impl Pictured {
+    /// Whether a picture is wanted.
+    pub(crate) fn is_meant(&self) -> bool {
+        self.plot.is_some()
+    }
+
     /// The file that is named.
     pub(crate) fn files(&self) -> impl Iterator<Item = &path::Path> {
         self.plot.iter().map(PathBuf::as_path)

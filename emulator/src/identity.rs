@@ -31,6 +31,16 @@ pub(crate) fn none_twice<'a>(
     Ok(())
 }
 
+/// The profile files among the names of a model and a machine: the other names are built in.
+pub(crate) fn profile_files<'a>(
+    model: Option<&'a str>,
+    machine: Option<&'a str>,
+) -> impl Iterator<Item = &'a Path> {
+    let model = model.filter(|name| vimc4::model_profile(name).is_err());
+    let machine = machine.filter(|name| vimc4::machine_profile(name).is_err());
+    model.into_iter().chain(machine).map(Path::new)
+}
+
 /// Which file a path leads to, however it is written.
 #[derive(PartialEq, Eq)]
 pub(crate) enum Identity {

@@ -4,13 +4,14 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use vimc4::{Traffic, Verbosity};
+use vimc4::{SuppressedWarnings, Traffic, Verbosity};
 
+use crate::failure::Failure;
 use crate::text::shown_in_line;
 
 /// After how many lost lines a problem with the file is reported again.
@@ -40,7 +41,13 @@ struct Shared {
     lost: AtomicU64,
     /// How many bytes wait.
     waiting: AtomicUsize,
+    /// The warnings that were left out, and how a line about them becomes an entry.
+    suppressed: Mutex<Vec<(SuppressedWarnings, ToEntry)>>,
+    /// Why a recording is not complete.
+    recording_failure: OnceLock<String>,
 }
+
+type ToEntry = Box<dyn Fn(String) -> Entry + Send>;
 
 enum Entry {
     Terminal(String),
@@ -69,6 +76,8 @@ impl Log {
             name,
             lost: AtomicU64::new(0),
             waiting: AtomicUsize::new(0),
+            suppressed: Mutex::default(),
+            recording_failure: OnceLock::new(),
         })))
     }
 
@@ -89,16 +98,38 @@ impl Log {
         verbosity: Verbosity,
         prefix: String,
     ) -> Traffic<impl FnMut(String) + Send + use<>> {
-        let log = self.clone();
-        Traffic::new(verbosity, move |line| log.add(Entry::Terminal(format!("{prefix}{line}"))))
+        self.traffic(verbosity, move |line| Entry::Terminal(format!("{prefix}{line}")))
     }
 
     /// A sink for the file.
     pub(crate) fn file(&self, prefix: String) -> Traffic<impl FnMut(String) + Send + use<>> {
-        let log = self.clone();
-        Traffic::new(Verbosity::Conversation, move |line| {
-            log.add(Entry::File(format!("{prefix}{line}")));
-        })
+        self.traffic(Verbosity::Conversation, move |line| Entry::File(format!("{prefix}{line}")))
+    }
+
+    fn traffic<E: Fn(String) -> Entry + Clone + Send + 'static>(
+        &self,
+        verbosity: Verbosity,
+        entry: E,
+    ) -> Traffic<impl FnMut(String) + Send + use<E>> {
+        let (log, to_entry) = (self.clone(), Box::new(entry.clone()));
+        let traffic = Traffic::new(verbosity, move |line| log.add(entry(line)));
+        self.0.suppressed().push((traffic.suppressed(), to_entry));
+        traffic
+    }
+
+    /// A recording can no longer be written.
+    pub(crate) fn recording_failed(&self, why: &str) {
+        self.say(why);
+        let _ = self.0.recording_failure.set(why.to_owned());
+    }
+
+    /// Whether all recordings are complete.
+    ///
+    /// # Errors
+    ///
+    /// If one is not.
+    pub(crate) fn recorded(&self) -> Result<(), Failure> {
+        self.0.recording_failure.get().map_or(Ok(()), |why| Err(Failure::midway(why)))
     }
 
     /// Prints on standard error, after earlier output.
@@ -107,12 +138,7 @@ impl Log {
     }
 
     fn add(&self, entry: Entry) {
-        let size = entry.line().len();
-        let room = self.0.waiting.fetch_add(size, Ordering::Relaxed) + size <= WAITING;
-        if !room || self.lines().is_none_or(|lines| lines.send(entry).is_err()) {
-            self.0.waiting.fetch_sub(size, Ordering::Relaxed);
-            self.0.lost.fetch_add(1, Ordering::Relaxed);
-        }
+        self.0.add(entry, self.lines());
     }
 
     /// Waits a moment for what is still to be written.
@@ -126,10 +152,53 @@ impl Log {
 }
 
 impl Shared {
+    fn suppressed(&self) -> MutexGuard<'_, Vec<(SuppressedWarnings, ToEntry)>> {
+        self.suppressed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(&self, entry: Entry, lines: Option<&Sender<Entry>>) {
+        let size = entry.line().len();
+        let room = self.waiting.fetch_add(size, Ordering::Relaxed) + size <= WAITING;
+        if !room || lines.is_none_or(|lines| lines.send(entry).is_err()) {
+            self.waiting.fetch_sub(size, Ordering::Relaxed);
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Says how many warnings were left out that no other one followed. Returns when to look again.
+    fn tell_suppressed(&self) -> Option<Instant> {
+        let mut next = None;
+        for (suppressed, to_entry) in &*self.suppressed() {
+            let (lines, due) = suppressed.overdue();
+            let sender = self.lines.get().and_then(Option::as_ref);
+            lines.into_iter().for_each(|line| self.add(to_entry(line), sender));
+            next = [next, due].into_iter().flatten().min();
+        }
+        next
+    }
+
+    /// The next entry. While it waits it says how many warnings were left out.
+    fn next(&self, entries: &Receiver<Entry>, due: &mut Option<Instant>) -> Option<Entry> {
+        let entry = loop {
+            match *due {
+                None => break entries.recv().ok(),
+                Some(at) if at <= Instant::now() => *due = self.tell_suppressed(),
+                Some(at) => match entries.recv_timeout(at - Instant::now()) {
+                    Err(RecvTimeoutError::Timeout) => {}
+                    entry => break entry.ok(),
+                },
+            }
+        };
+        // It may be a warning, the first of many.
+        due.get_or_insert_with(|| Instant::now() + SuppressedWarnings::DELAY);
+        entry
+    }
+
     /// The thread. What cannot be written to the terminal cannot be reported either.
     fn write(&self, entries: &Receiver<Entry>) {
         let (mut unwritten, mut piece, mut lines) = (0, String::new(), 0);
-        while let Ok(entry) = entries.recv() {
+        let mut due = None;
+        while let Some(entry) = self.next(entries, &mut due) {
             let mut next = Some(entry);
             while let Some(entry) = next {
                 self.waiting.fetch_sub(entry.line().len(), Ordering::Relaxed);

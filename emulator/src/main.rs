@@ -217,7 +217,7 @@ fn main() -> ExitCode {
         Tool::Doctor(Deferred(arguments, _)) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Circle(Deferred(arguments, _)) => circle::run(arguments),
+        Tool::Circle(Deferred(arguments, typed)) => circle::run(arguments, &typed),
         Tool::Models(Deferred(arguments, _)) => profiles::models(arguments),
         Tool::Machines(Deferred(arguments, _)) => profiles::machines(arguments),
         Tool::Completions(Deferred(arguments, _)) => completions::run(arguments),

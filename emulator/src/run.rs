@@ -32,10 +32,10 @@ use world::Outside;
 
 pub(crate) fn run(mut arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
     endings::heed()?;
-    arguments.world.none_twice(&arguments.file)?;
     let bytes = file::read(&arguments.file, "a file of commands")?;
     history::no_recording(&arguments.file, &bytes)?;
     arguments.setup.heed(&arguments.file, &bytes)?;
+    arguments.world.none_twice(&arguments.file, &arguments.setup)?;
     let model = vimc4::model(arguments.setup.model())?;
     let machine = vimc4::machine(arguments.setup.machine())?;
     let handling = Handling::of(&model);

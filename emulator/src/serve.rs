@@ -26,7 +26,7 @@ use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::here::here;
-use crate::identity::none_twice;
+use crate::identity::{none_twice, profile_files};
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
@@ -63,11 +63,11 @@ VIMC4_LOG=warn, info, debug or trace writes what happens to standard error, as s
 ",
     here!(
         "\
-Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself or a waveform
-is not complete, 2 it could not begin, 131 it was ended by SIGQUIT (Ctrl-\\).",
+Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself or a file that
+it writes is not complete, 2 it could not begin, 131 it was ended by SIGQUIT (Ctrl-\\).",
         "\
 Exit codes: 0 it was ended by quit, by Ctrl-C, Ctrl-Break or the end of its window, or with standard
-input, 1 it ended by itself or a waveform is not complete, 2 it could not begin."
+input, 1 it ended by itself or a file that it writes is not complete, 2 it could not begin."
     )
 );
 
@@ -221,7 +221,7 @@ struct ControllerPlaces<'a> {
 }
 
 impl Arguments {
-    /// Refuses options that have no effect beside the others.
+    /// Refuses options that have no effect beside the others, and files that would replace each other.
     ///
     /// # Errors
     ///
@@ -232,7 +232,19 @@ impl Arguments {
         typed.refuse_if(!has_pty, &["replace"], "without a pseudo-terminal")?;
         typed.refuse_if(!has_tcp, &["tcp-clients"], "with --tcp none")?;
         let has_clients = has_pty || has_tcp || self.rfc2217.is_some();
-        typed.refuse_if(!has_clients, &["fresh-clients"], "without clients")
+        typed.refuse_if(!has_clients, &["fresh-clients"], "without clients")?;
+        self.none_twice()
+    }
+
+    /// Refuses files that would replace each other, or what is read.
+    fn none_twice(&self) -> Result<(), Failure> {
+        let Arguments { record, coverage, flash, log, scenario, drawn, .. } = self;
+        let outputs = [record, coverage, flash, log].into_iter().flatten().map(PathBuf::as_path);
+        let profiles = profile_files(Some(&self.model), Some(&self.machine));
+        let inputs = profiles.chain(scenario.as_deref());
+        #[cfg(feature = "api")]
+        let inputs = inputs.chain(self.api.token_file());
+        none_twice(inputs, outputs.chain(drawn.files()))
     }
 
     /// Refuses controllers that nothing can reach.
@@ -257,9 +269,6 @@ impl Arguments {
 pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode, Failure> {
     arguments.check(typed)?;
     arguments.must_be_reachable()?;
-    let Arguments { record, coverage, flash, log, scenario, drawn, .. } = &arguments;
-    let outputs = [record, coverage, flash, log].into_iter().flatten().map(PathBuf::as_path);
-    none_twice(scenario.as_deref(), outputs.chain(drawn.files()))?;
     let log = open_log(&arguments)?;
     if arguments.dap.is_some() && arguments.time == Clock::Manual {
         return Err(Failure::usage(
@@ -287,7 +296,9 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
             Ok(Ok(())) => {
                 let open = async {
                     Ok(Doors {
-                        dap: debugger.map(|on| let_attach(on, &emulators)).transpose()?,
+                        dap: debugger
+                            .map(|on| let_attach(on, &emulators, log.clone()))
+                            .transpose()?,
                         #[cfg(feature = "api")]
                         api: match place {
                             Some(place) => {
@@ -315,7 +326,8 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
         let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
         let finish = async {
-            let kept = counted.keep().and(ServedDrawing::finish_all(drawn).await);
+            let drawn = ServedDrawing::finish_all(drawn).await;
+            let kept = counted.keep().and(drawn).and(log.recorded());
             let end = end.and_then(|code| kept.map(|()| code));
             let _ = timeout(STANDSTILL, answers.written()).await;
             end
@@ -335,11 +347,11 @@ pub(crate) fn run(arguments: Arguments, typed: &TypedOptions) -> Result<ExitCode
 }
 
 /// Lets editors attach to the controllers, and says where.
-fn let_attach(listener: TcpListener, emulators: &[Emulator]) -> Result<String, Failure> {
+fn let_attach(listener: TcpListener, emulators: &[Emulator], log: Log) -> Result<String, Failure> {
     let (address, served) = (dap::address(&listener)?, Served::new(emulators));
     thread::Builder::new()
         .name("editors".to_owned())
-        .spawn(move || dap::listen(&listener, Some(&served)))
+        .spawn(move || dap::listen(&listener, Some(&served), &move |text| log.say(text)))
         .map_err(|error| Failure::usage(format!("cannot start a thread: {error}")))?;
     Ok(address.to_string())
 }
@@ -367,7 +379,8 @@ pub(crate) async fn finish(
 ) -> Result<(), Failure> {
     let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
-    counted.keep().and(ServedDrawing::finish_all(drawn).await)
+    let drawn = ServedDrawing::finish_all(drawn).await;
+    counted.keep().and(drawn).and(log.recorded())
 }
 
 /// The controllers whose coverage is kept when they have ended, and where.
@@ -385,7 +398,8 @@ impl Counted<'_> {
 
     fn keep(&self) -> Result<(), Failure> {
         let Some(path) = self.path else { return Ok(()) };
-        coverage::keep(path, self.controls.iter().filter_map(Control::coverage_so_far))
+        let met = self.controls.iter().filter_map(Control::coverage_so_far);
+        coverage::keep(path, met).map_err(Failure::at_the_end)
     }
 }
 
@@ -502,7 +516,7 @@ fn builder(arguments: &Arguments, number: u16, log: &Log) -> Result<Builder, Fai
         let file = recording(file, in_name(file, several)?);
         builder = builder.record(file).recorded_by("serve");
         let log = log.clone();
-        builder = builder.on_recording_error(move |error| log.say(error));
+        builder = builder.on_recording_error(move |error| log.recording_failed(error));
         if let Some(size) = arguments.record_size {
             builder = builder.record_size(size);
         }

@@ -7,6 +7,7 @@ use vimc4_script::{Kind, Script, is_job};
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::identity::profile_files;
 use crate::text::{self, shown_in_line};
 
 /// The model and the machine of a command that reads a file.
@@ -36,6 +37,11 @@ impl Setup {
     /// The name or profile file of the machine.
     pub(crate) fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or("bench")
+    }
+
+    /// The profile files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        profile_files(self.model.as_deref(), self.machine.as_deref())
     }
 
     /// The comments in which a data field says what it was made for.

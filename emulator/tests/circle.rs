@@ -185,6 +185,10 @@ fn a_command_that_cannot_be_explained_says_why() {
         assert!(errors.contains(right), "{command}: {errors}");
     }
     assert!(complaint("--explain @0y8,9,0,5,5,1,1 --radius 5").contains("cannot be used with"));
+    for option in ["--cw", "--ccw", "--plane xz"] {
+        let said = complaint(&format!("--explain @0y800,400,7777,0,-400,-1,1 {option}"));
+        assert!(said.contains("has no effect"), "{said}");
+    }
 }
 
 #[test]

@@ -872,6 +872,30 @@ fn ctrl_c_ends_what_is_looked_for_and_not_the_console() {
     assert_eq!(terminal.end(), 0);
 }
 
+/// So does a replay that looks for what would explain a difference, which it has shown before.
+#[test]
+fn a_replay_shows_a_difference_before_it_looks_for_explanations() {
+    let home = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("list.txt"), "@01\n".to_owned() + &"@0P\n".repeat(6_000)).unwrap();
+    let run = Command::new(VIMC4)
+        .args(["run", "list.txt", "--record", "r.jsonl"])
+        .current_dir(folder.path())
+        .output_in_time()
+        .unwrap();
+    assert!(run.status.success(), "{run:?}");
+    let recording = folder.path().join("r.jsonl");
+    let text = fs::read_to_string(&recording).unwrap();
+    fs::write(&recording, text.replacen("\"out\":\"0\"", "\"out\":\"1\"", 1)).unwrap();
+    let mut terminal = Terminal::start(VIMC4, &["replay", "r.jsonl"], folder.path(), home.path());
+    terminal.wait_for("They part after 0 bytes");
+    terminal.wait_for("searching, at ");
+    terminal.wait_for(" s; Ctrl-C ends it");
+    terminal.type_("\x03");
+    terminal.wait_for("interrupted: what would explain it was still being looked for");
+    assert_eq!(terminal.end(), 130);
+}
+
 #[test]
 fn a_stored_program_is_listed_and_stepped_by_lines_from_its_first_on() {
     let out = said(&["examples/program.txt"], "list\nstep\nstep\nstep\n");

@@ -1381,14 +1381,26 @@ fn what_is_left_on_a_line_does_not_hide_who_is_there() {
 fn a_second_program_needs_the_first_erased() {
     let folder = Folder::new();
     fs::write(folder.join("field.cnc"), "; axes: 7\n71\n9\n").unwrap();
-    for (model, remedy) in [("imc4", "turn the key to test"), ("imc4-m", "--erase")] {
-        let (_emulator, port) = listening(model, "bench", Clock::Instant);
+    for (model, remedy) in [
+        ("imc4", "press and release the emergency stop, turn the key to test, hold STOP, press ON"),
+        ("imc4-m", "--erase"),
+    ] {
+        let (emulator, port) = listening(model, "bench", Clock::Instant);
         let send = ["send", "field.cnc", "--to", &port, "--model", model];
         ends(&folder, &send, 0);
         let (_, err) = ends(&folder, &send, 1);
         assert!(err.contains("a program stored already") && err.contains(remedy), "{err}");
         let code = if model == "imc4" { 2 } else { 0 };
         ends(&folder, &[&send[..], &["--erase"]].concat(), code);
+        if model == "imc4" {
+            emulator.press("estop").unwrap();
+            emulator.release("estop").unwrap();
+            emulator.turn("key", "test").unwrap();
+            emulator.hold("stop").unwrap();
+            emulator.press("on").unwrap();
+            emulator.release("stop").unwrap();
+            ends(&folder, &send, 0);
+        }
     }
     fs::write(folder.join("list.txt"), "@07\n").unwrap();
     let (_, err) = ends(&folder, &["send", "list.txt", "--to", "nowhere", "--erase"], 2);

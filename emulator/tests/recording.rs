@@ -231,7 +231,8 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
         assert_eq!(ask(&mut client, "@0P\r", 19), "0000000000000000000");
     }
     drop(client);
-    let errors = quit(serve);
+    let (code, errors) = serve.end();
+    assert_eq!(code, Some(1), "{errors}");
     assert!(errors.contains("cannot go on with the recording r.jsonl"), "{errors}");
     assert!(errors.contains("it is whole up to here"), "{errors}");
     let path = folder.path().join("r.jsonl");
@@ -239,6 +240,15 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
     assert!(recording.torn.is_none() && recording.entries.len() > 300);
     let (code, text, _) = run(folder.path(), &["replay", "r.jsonl"]);
     assert_eq!(code, 0, "{text}");
+
+    fs::write(folder.path().join("list.txt"), "@01\n".to_owned() + &"@0P\n".repeat(2_000)).unwrap();
+    let script =
+        format!("ulimit -f 60; trap '' XFSZ; exec {VIMC4} run list.txt --record run.jsonl");
+    let mut bash = Command::new("bash");
+    let run = bash.args(["-c", &script]).current_dir(folder.path()).output_in_time().unwrap();
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("cannot go on with the recording run.jsonl"), "{errors}");
 }
 
 #[test]
@@ -289,7 +299,7 @@ fn another_controller_parts_at_its_first_byte_and_its_first_field() {
     let (code, text, _) = run(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=false"]);
     assert_eq!(code, 1);
     for part in [
-        "They part after 64 bytes that are equal, at line 25:\n  recorded  16.447940004 s  0\n  other     16.398340004 s  0\n",
+        "The other controller differs from the recorded one from 9.994 s on.\nThey part after 64 bytes that are equal, at line 25:\n  recorded  16.447940004 s  0\n  other     16.398340004 s  0\n",
         "found at 9.994206670 s (line 17):\n  device.isel.plant.carriage.1\n  recorded  16125\n  other     16001\n",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
@@ -1214,6 +1224,14 @@ fn a_recording_that_contradicts_the_emulation_is_shown_as_one() {
         let (code, text, errors) = run(folder.path(), &["replay", &file]);
         assert_eq!(code, 1, "{text}{errors}");
         assert!(text.contains(&differs), "{text}");
+        let (code, text, errors) = run(folder.path(), &["diff", path, &file]);
+        assert_eq!(code, 1, "{name}: {text}{errors}");
+        if name == "position" {
+            let field = "device.isel.position.0\n  one       24001\n  other     24002\n";
+            assert!(text.contains(field), "{text}");
+        }
+        let (code, _, errors) = run(folder.path(), &["cut", &file]);
+        assert!(code == 0 && errors.contains(&differs), "{errors}");
         let html = format!("{name}.html");
         let (_, text, errors) = run(folder.path(), &["replay", &file, "--html", &html]);
         assert!(errors.contains(&differs), "{text}{errors}");

@@ -186,7 +186,9 @@ fn what_is_read_is_not_overwritten() {
     let folder = bench();
     let path = folder.path();
     written(path, "job.ncp", "IMF_PBL_V1.0\nMOVEREL X100\nPROGEND\n");
-    let (code, _, err) = said(shell(path, "bin/vimc4 run list.txt --record of.jsonl"));
+    written(path, "field.cnc", "; machine: own.toml\n; axes: 7\n71\n9\n");
+    let begin = "bin/vimc4 machines show mill > own.toml; bin/vimc4 run list.txt --record of.jsonl";
+    let (code, _, err) = said(shell(path, begin));
     assert_eq!(code, 0, "{err}");
     for (command, name) in [
         ("run - --as gcode", "list.txt"),
@@ -196,6 +198,14 @@ fn what_is_read_is_not_overwritten() {
         ("ncp run - --perfetto", "job.ncp"),
         ("ncp compile - -o", "job.ncp"),
         ("ncp compile job.ncp -o", "job.ncp"),
+        ("ncp compile job.ncp --machine own.toml -o", "own.toml"),
+        ("ncp run job.ncp --machine own.toml --trace", "./own.toml"),
+        ("run list.txt --machine own.toml --plot", "own.toml"),
+        ("run field.cnc --trace", "own.toml"),
+        ("replay of.jsonl --machine own.toml --csv", "own.toml"),
+        ("serve --machine own.toml --log", "own.toml"),
+        ("serve --machine own.toml --csv", "own.toml"),
+        ("console list.txt --machine own.toml --flash", "own.toml"),
         ("replay - --html", "of.jsonl"),
         ("replay - --vcd", "of.jsonl"),
     ] {
@@ -205,6 +215,14 @@ fn what_is_read_is_not_overwritten() {
         assert!(code == 2 && err.contains("is named twice, and would be overwritten"), "{err}");
         assert_eq!(read(path, name), before, "{line}");
     }
+    let before = read(path, "list.txt");
+    let (code, _, err) = said(shell(path, "echo picture list.txt | bin/vimc4 console list.txt"));
+    assert!(code == 1 && err.contains("list.txt is named twice"), "{err}");
+    assert_eq!(read(path, "list.txt"), before);
+    let before = read(path, "list.txt");
+    let (code, _, err) = said(shell(path, "echo picture list.txt | bin/vimc4 console list.txt"));
+    assert!(code == 1 && err.contains("list.txt is named twice"), "{err}");
+    assert_eq!(read(path, "list.txt"), before);
 }
 
 /// Each of several controllers needs a file, of which there are several only where it is one.

@@ -18,6 +18,8 @@ interface Data {
     back: number;
     parts: Way["parts"];
     differences: Difference[] | null;
+    /** Whether the recording has its end. */
+    has_end: boolean;
   };
   entries: Entry[];
   views: [number, unknown][];
@@ -89,6 +91,11 @@ export class Film implements Tale {
   /** How often somebody went back. */
   get back(): number {
     return this.data.head.back;
+  }
+
+  /** Whether the recording was cut off. */
+  get isCutOff(): boolean {
+    return !this.data.head.has_end;
   }
 
   /** Who shows it. */

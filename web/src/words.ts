@@ -97,6 +97,7 @@ const TABLE = {
   filmThinned: ["A long recording: not every moment of it is kept exactly.", "Eine lange Aufzeichnung: Nicht jeder Moment ist genau enthalten."],
   leftOut: ["earlier entries are left out", "frühere Einträge sind ausgelassen"],
   wentBack: ["× somebody went back, and what had come of it is left out", "× ist jemand zurückgegangen; was daraus geworden war, ist ausgelassen"],
+  cutOff: ["the recording is cut off: it has no end", "die Aufzeichnung ist abgeschnitten: sie hat kein Ende"],
   leaves: ["leaves", "verlässt"],
   lookAt: ["Look at this moment", "Diesen Moment ansehen"],
   // conversation

@@ -36,6 +36,8 @@ pub struct Film {
     back: usize,
     /// Where the emulation differs from the recording.
     differences: Value,
+    /// Whether the recording has its end.
+    has_end: bool,
 }
 
 impl Film {
@@ -62,6 +64,7 @@ impl Film {
             parts: Vec::new(),
             back: 0,
             differences: Value::Null,
+            has_end: true,
         };
         film.part(0, now);
         film.see(controller);
@@ -77,6 +80,11 @@ impl Film {
     /// [`differences`](vimc4_answers::past::differences) tells it.
     pub fn differs(&mut self, differences: Value) {
         self.differences = differences;
+    }
+
+    /// Whether the recording has its end, or was cut off.
+    pub fn has_end(&mut self, has_end: bool) {
+        self.has_end = has_end;
     }
 
     /// Another branch begins at this time.
@@ -141,6 +149,7 @@ impl Film {
             "back": self.back,
             "parts": self.parts,
             "differences": self.differences,
+            "has_end": self.has_end,
         });
         let entries = list(&part.items, &self.names);
         write!(packed, "{{\"head\":{head},\"entries\":[{entries}],\"views\":[")?;

@@ -31,11 +31,19 @@ pub enum Frame {
 
 /// The input is not a header: the other side speaks another protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Foreign;
+pub enum Foreign {
+    /// A line of a header does not end.
+    EndlessLine,
+    /// The first line of all is not one of a header, as that of a request of HTTP.
+    FirstLine,
+}
 
 impl fmt::Display for Foreign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a header has a line without an end")
+        f.write_str(match self {
+            Foreign::EndlessLine => "a header has a line without an end",
+            Foreign::FirstLine => "the first line is neither Content-Length nor Content-Type",
+        })
     }
 }
 
@@ -47,6 +55,8 @@ pub struct Decoder {
     /// The longest message, in bytes.
     largest: u64,
     within: Within,
+    /// Whether a line of a header has come.
+    has_begun: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -69,7 +79,7 @@ impl Decoder {
     /// A decoder before the first message. Messages longer than `largest` bytes are skipped.
     #[must_use]
     pub fn new(largest: u64) -> Decoder {
-        Decoder { largest, within: Within::nothing() }
+        Decoder { largest, within: Within::nothing(), has_begun: false }
     }
 
     /// Whether no part of a message has come yet.
@@ -83,7 +93,7 @@ impl Decoder {
     ///
     /// # Errors
     ///
-    /// If a line of a header does not end. Nothing more can be read then.
+    /// If a line of a header does not end, or the first line is not one. Nothing more can be read then.
     pub fn decode(&mut self, bytes: &mut &[u8]) -> Result<Option<Frame>, Foreign> {
         loop {
             match &mut self.within {
@@ -91,7 +101,7 @@ impl Decoder {
                     let end = bytes.iter().position(|byte| *byte == b'\n');
                     let taken = end.map_or(bytes.len(), |end| end + 1);
                     if line.len() + taken > LONGEST {
-                        return Err(Foreign);
+                        return Err(Foreign::EndlessLine);
                     }
                     line.extend_from_slice(&bytes[..taken]);
                     *bytes = &bytes[taken..];
@@ -101,6 +111,10 @@ impl Decoder {
                     let whole = std::mem::take(line);
                     let whole = whole.trim_ascii();
                     if !whole.is_empty() {
+                        if !self.has_begun && !is_header(whole) {
+                            return Err(Foreign::FirstLine);
+                        }
+                        self.has_begun = true;
                         if let Some(said) = said(whole) {
                             *length = Some(said.filter(|_| length.is_none()));
                         }
@@ -145,6 +159,12 @@ fn take<'b>(bytes: &mut &'b [u8], left: &mut u64) -> &'b [u8] {
     *bytes = rest;
     *left -= count as u64;
     taken
+}
+
+/// Whether a line is one of the headers that there are.
+fn is_header(line: &[u8]) -> bool {
+    let name = line.split(|byte| *byte == b':').next().unwrap_or_default().trim_ascii();
+    [&b"Content-Length"[..], b"Content-Type"].iter().any(|known| known.eq_ignore_ascii_case(name))
 }
 
 /// The length that a line of a header says; if it is about that and says none, nothing within.
@@ -244,6 +264,14 @@ mod tests {
         let mut decoder = Decoder::new(20);
         let noise = vec![b'x'; 5_000];
         assert_eq!(decoder.decode(&mut noise.as_slice()), Ok(None));
-        assert_eq!(decoder.decode(&mut noise.as_slice()), Err(Foreign));
+        assert_eq!(decoder.decode(&mut noise.as_slice()), Err(Foreign::EndlessLine));
+    }
+
+    #[test]
+    fn a_request_of_http_is_another_language() {
+        let post = b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 2\r\n\r\n{}";
+        let decode = |bytes: &[u8]| Decoder::new(20).decode(&mut &*bytes);
+        assert_eq!(decode(post), Err(Foreign::FirstLine));
+        assert_eq!(decode(b"Content-Type: x\r\nHost: x\r\n"), Ok(None));
     }
 }

@@ -32,7 +32,7 @@ pub use reports::{Reports, Tap};
 pub use runner::{RunError, Runner};
 #[cfg(feature = "tracing")]
 pub use traces::Traces;
-pub use traffic::Traffic;
+pub use traffic::{SuppressedWarnings, Traffic};
 pub use transport::{
     Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Tcp, TcpError, Transport,
 };

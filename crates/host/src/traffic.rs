@@ -1,6 +1,7 @@
 //! The conversation as people read it.
 
 use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use vimc4_device::{Grouped, Time};
@@ -25,10 +26,39 @@ pub struct Traffic<F> {
 /// Writes every line, but of a flood of warnings only a few.
 struct Pen<F> {
     write: F,
-    /// By kind and transport.
-    floods: Vec<Flood>,
+    floods: SuppressedWarnings,
     /// How long a warning stands for those of its kind.
     respite: Duration,
+}
+
+/// The warnings that a [`Traffic`] leaves out. It says how many with the next one or when a client closes;
+/// who looks here when it is time says it then.
+#[derive(Clone, Debug, Default)]
+pub struct SuppressedWarnings(Arc<Mutex<Vec<Flood>>>);
+
+impl SuppressedWarnings {
+    /// How long after a line about a warning to look here.
+    pub const DELAY: Duration = Duration::from_millis(1_500);
+
+    /// By kind and transport. A panic elsewhere leaves them as they are.
+    fn lock(&self) -> MutexGuard<'_, Vec<Flood>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The lines about those that no other one has followed, and when to look again; nothing if a line
+    /// about a warning comes before.
+    #[must_use]
+    pub fn overdue(&self) -> (Vec<String>, Option<Instant>) {
+        let (now, mut floods) = (Instant::now(), self.lock());
+        let over = floods.iter_mut().filter(|flood| now >= flood.told + Self::DELAY);
+        let lines = over.filter_map(|flood| {
+            let text = flood.settle(now)?;
+            Some(words::line(flood.at, format_args!("{text}")))
+        });
+        let lines = lines.collect();
+        let due = floods.iter().map(|flood| flood.told + Self::DELAY);
+        (lines, due.filter(|due| *due > now).min())
+    }
 }
 
 /// Warnings of one kind about one transport that come one after the other.
@@ -40,7 +70,9 @@ struct Flood {
     about: String,
     /// When the last one was told, on the wall: the controller's time may stand still, or leap.
     told: Instant,
-    /// How many were not since then.
+    /// When the last one came, by the controller's time.
+    at: Time,
+    /// How many were not told since then.
     left_out: u64,
     /// Of how many bytes those were that are about bytes.
     bytes: u64,
@@ -56,13 +88,31 @@ impl Flood {
     fn take(&mut self) -> (u64, u64) {
         (std::mem::take(&mut self.left_out), std::mem::take(&mut self.bytes))
     }
+
+    /// Says how many were left out, if any were.
+    fn settle(&mut self, now: Instant) -> Option<String> {
+        if self.left_out == 0 {
+            return None;
+        }
+        self.settled = Some(now);
+        let (many, bytes) = self.take();
+        let Flood { kind, about, .. } = self;
+        let about = if about.is_empty() { String::new() } else { format!("{about}: ") };
+        let (bytes, were) = (of_bytes(bytes), if many == 1 { "was" } else { "were" });
+        Some(format!("{about}{many} more{bytes} {were} left out: {kind}"))
+    }
 }
 
 impl<F: FnMut(String) + Send> Traffic<F> {
     /// Writes the conversation by calling `write`.
     pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
-        let pen = Pen { write, floods: Vec::new(), respite: RESPITE };
+        let pen = Pen { write, floods: SuppressedWarnings::default(), respite: RESPITE };
         Traffic { talk: Talk::new(verbosity), pen }
+    }
+
+    /// What it leaves out, for who says so in time.
+    pub fn suppressed(&self) -> SuppressedWarnings {
+        self.pen.floods.clone()
     }
 }
 
@@ -82,32 +132,33 @@ impl<F: FnMut(String) + Send> Teller for Pen<F> {
         text: fmt::Arguments<'_>,
     ) {
         let now = Instant::now();
-        let place = self
-            .floods
-            .binary_search_by(|flood| (flood.kind, &*flood.about).cmp(&(kind, transport)));
+        let Pen { write, floods, respite } = self;
+        let mut floods = floods.lock();
+        let mut line = |text: fmt::Arguments<'_>| write(words::line(at, text));
+        let place =
+            floods.binary_search_by(|flood| (flood.kind, &*flood.about).cmp(&(kind, transport)));
         let flood = match place {
-            Ok(place) => &mut self.floods[place],
+            Ok(place) => &mut floods[place],
             Err(place) => {
                 let about = transport.to_owned();
-                let flood = Flood { kind, about, told: now, left_out: 0, bytes: 0, settled: None };
-                self.floods.insert(place, flood);
-                return self.line(at, text);
+                let flood =
+                    Flood { kind, about, told: now, at, left_out: 0, bytes: 0, settled: None };
+                floods.insert(place, flood);
+                return line(text);
             }
         };
-        if now.duration_since(flood.told) < self.respite {
+        if now.duration_since(flood.told) < *respite {
+            flood.at = at;
             flood.left_out += 1;
             flood.bytes = flood.bytes.saturating_add(bytes);
             return;
         }
         flood.told = now;
         match flood.take() {
-            (0, _) => self.line(at, text),
+            (0, _) => line(text),
             (many, bytes) => {
                 let (bytes, were) = (of_bytes(bytes), if many == 1 { "was" } else { "were" });
-                self.line(
-                    at,
-                    format_args!("{text} ({many} of the kind{bytes} {were} left out before)"),
-                );
+                line(format_args!("{text} ({many} of the kind{bytes} {were} left out before)"));
             }
         }
     }
@@ -125,19 +176,12 @@ impl<F: FnMut(String) + Send> Pen<F> {
     }
 
     fn settle_if(&mut self, at: Time, which: impl Fn(&Flood, Duration) -> bool) {
-        let mut lines = Vec::new();
-        for flood in &mut self.floods {
-            if flood.left_out > 0 && which(flood, self.respite) {
-                flood.settled = Some(Instant::now());
-                let (many, bytes) = flood.take();
-                let Flood { kind, about, .. } = &*flood;
-                let about = if about.is_empty() { String::new() } else { format!("{about}: ") };
-                let (bytes, were) = (of_bytes(bytes), if many == 1 { "was" } else { "were" });
-                lines.push(format!("{about}{many} more{bytes} {were} left out: {kind}"));
+        let Pen { write, floods, respite } = self;
+        let now = Instant::now();
+        for flood in floods.lock().iter_mut().filter(|flood| which(flood, *respite)) {
+            if let Some(text) = flood.settle(now) {
+                write(words::line(at, format_args!("{text}")));
             }
-        }
-        for line in lines {
-            self.line(at, format_args!("{line}"));
         }
     }
 }

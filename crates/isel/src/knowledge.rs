@@ -63,9 +63,9 @@ impl Model {
         let has_command = spec(self.command_set.dialect(), Mode::Direct, Op::Erase).is_some();
         match (has_command, self.timing.panel_erase_ms) {
             (true, _) => Erasing::Command("@0k"),
-            (false, Some(_)) => {
-                Erasing::Panel("turn the key to test, and press STOP and ON at the panel")
-            }
+            (false, Some(_)) => Erasing::Panel(
+                "press and release the emergency stop, turn the key to test, hold STOP, press ON, release STOP, wait 20 s until it is erased, and press ON",
+            ),
             (false, None) => Erasing::Nothing,
         }
     }

@@ -97,7 +97,7 @@ pub use vimc4_device::{
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,
     Journey, MemoryPort, News, Pause, Pending, Progress, Rate, Report, Reports, Sink, SinkId,
-    Source, Step, Tap, Traffic, Verbosity, Wants, What, Worker,
+    Source, Step, SuppressedWarnings, Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};

@@ -9,6 +9,7 @@ use vimc4_picture::{Axis, Frame};
 
 use super::arguments::{Arguments, MOST, print};
 use crate::failure::Failure;
+use crate::typed_options::TypedOptions;
 
 /// A command `y` or `w`.
 struct ArcCommand {
@@ -21,7 +22,7 @@ struct ArcCommand {
     rise: Option<i64>,
 }
 
-pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
+pub(super) fn run(arguments: &Arguments, typed: &TypedOptions, text: &str) -> Result<(), Failure> {
     let command = ArcCommand::parse(text).map_err(|wrong| {
         Failure::usage(format!(
             "--explain {text}: {wrong}; @0y400,1500,119,-141,141,-1,-1 is a command"
@@ -29,8 +30,9 @@ pub(super) fn run(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     })?;
     let (first, second) = arguments.plane.axes();
     let arc = Arc::new(first, second, command.steps, command.start);
-    let turn = if arguments.cw { Turn::Clockwise } else { Turn::Counterclockwise };
-    let off = arc.off_circle(turn);
+    let [cw, ccw] = [Turn::Clockwise, Turn::Counterclockwise].map(|turn| arc.off_circle(turn));
+    typed.refuse_if(cw == ccw, &["cw", "ccw"], "on a command that says its sense of rotation")?;
+    let off = if arguments.cw { cw } else { ccw };
     let remedy = off.as_ref().map_or(Some(command.start), |off| off.remedy);
     let (start, end) = (command.start, arc.state_at(command.steps));
     draw(arguments, &command, &arc)?;

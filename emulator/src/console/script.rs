@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, BufRead, IsTerminal, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use vimc4_debug::Completion;
@@ -10,6 +10,7 @@ use vimc4_debug::Completion;
 use super::screen;
 use super::session::{Outcome, Session, Wrong};
 use crate::failure::Failure;
+use crate::identity::none_twice;
 use crate::job::file::bounded;
 use crate::output;
 use crate::text;
@@ -48,6 +49,8 @@ fn drawn(session: &mut Session, outcome: Result<Outcome, Wrong>) -> Result<Outco
         Outcome::Picture(file, size) => (file, size),
         other => return Ok(other),
     };
+    let inputs = session.inputs.iter().map(PathBuf::as_path);
+    none_twice(inputs, [Path::new(&file)]).map_err(|failure| Wrong::new(failure.text()))?;
     let svg = screen::as_svg(session, size);
     fs::write(&file, svg).map_err(|error| Wrong::new(format!("cannot write {file}: {error}")))?;
     Ok(Outcome::Said(format!("written to {file}")))

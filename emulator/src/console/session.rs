@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
-
+use std::path::PathBuf;
 use std::sync::Arc;
 
 #[cfg(feature = "api")]
@@ -132,6 +132,8 @@ pub(crate) struct Session {
     pub(crate) share: Option<Share>,
     /// Where it is shown how far a search has come.
     pub(crate) show: Option<Show>,
+    /// The files that it was opened on, which no output may replace.
+    pub(crate) inputs: Vec<PathBuf>,
 }
 
 /// So much of what was said is remembered.
@@ -158,6 +160,7 @@ impl Session {
             said: VecDeque::new(),
             share: None,
             show: None,
+            inputs: Vec::new(),
         }
     }
 

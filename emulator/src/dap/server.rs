@@ -46,11 +46,13 @@ enum Heard {
     Rung,
 }
 
-/// Talks with a client until it goes. It may attach to controllers that run already.
+/// Talks with a client until it goes. It may attach to controllers that run already. `refused` is told why,
+/// if the client speaks another protocol.
 pub(super) fn serve(
     input: impl BufRead + Send + 'static,
     output: impl Write,
     served: Option<Served>,
+    refused: impl FnOnce(&str) + Send + 'static,
 ) -> io::Result<End> {
     let (sender, incoming) = sync_channel(1);
     let bell = sender.clone();
@@ -59,7 +61,7 @@ pub(super) fn serve(
     let left = Arc::new(AtomicBool::new(false));
     let has_left = Arc::clone(&left);
     thread::Builder::new().name("client".to_owned()).spawn(move || {
-        read(input, &sender);
+        read(input, &sender, refused);
         has_left.store(true, Ordering::Release);
         // Whoever waits looks up.
         let _ = sender.send(Heard::Rung);
@@ -105,18 +107,20 @@ pub(super) fn serve(
 }
 
 /// Reads until the end; an error is an end, too. What is no header is told of.
-fn read(mut input: impl BufRead, sender: &SyncSender<Heard>) {
+fn read(mut input: impl BufRead, sender: &SyncSender<Heard>, refused: impl FnOnce(&str)) {
     let mut decoder = Decoder::new(LARGEST);
     loop {
-        let (heard, is_end) = match framing::read(&mut input, &mut decoder) {
-            Ok(Some(frame)) => (Incoming::read(frame), false),
+        let heard = match framing::read(&mut input, &mut decoder) {
+            Ok(Some(frame)) => Incoming::read(frame),
             Err(error) if error.get_ref().is_some_and(|error| error.is::<Foreign>()) => {
                 let refusal = Refusal(format!("{error}; the session ends"));
-                (Incoming::Unreadable { seq: 0, command: String::new(), refusal }, true)
+                let heard = Incoming::Unreadable { seq: 0, command: String::new(), refusal };
+                let _ = sender.send(Heard::Said(heard));
+                return refused(&error.to_string());
             }
             Ok(None) | Err(_) => return,
         };
-        if sender.send(Heard::Said(heard)).is_err() || is_end {
+        if sender.send(Heard::Said(heard)).is_err() {
             return;
         }
     }

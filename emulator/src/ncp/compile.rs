@@ -1,6 +1,7 @@
 //! `vimc4 ncp compile`: a job as a data field.
 
 use std::io::{self, Write};
+use std::iter;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -46,7 +47,8 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
-    none_twice([job.file.as_path()], arguments.output.as_deref())?;
+    let inputs = iter::once(job.file.as_path()).chain(job.setup.files());
+    none_twice(inputs, arguments.output.as_deref())?;
     let site = job.site()?;
     let text = job.text()?;
     let name = job.name();

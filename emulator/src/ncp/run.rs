@@ -84,7 +84,7 @@ impl Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     endings::heed()?;
-    arguments.world.none_twice(&arguments.job.file)?;
+    arguments.world.none_twice(&arguments.job.file, &arguments.job.setup)?;
     carry_out(arguments, &arguments.job.text()?)
 }
 

@@ -176,12 +176,14 @@ impl Tap {
         lock(&self.tape).add(Instant::now(), What::News(news));
     }
 
-    /// Ends the recording.
-    pub(super) fn end(&self) {
+    /// Ends the recording, and returns whether everything could be written.
+    pub(super) fn end(&self) -> bool {
         let mut tape = lock(&self.tape);
         tape.catch_up();
         tape.add(Instant::now(), What::End("it was ended".to_owned()));
+        let is_whole = tape.file.is_open();
         tape.file.finish();
+        is_whole
     }
 }
 

@@ -1,5 +1,6 @@
 //! The controllers into which recordings are played: the recorded one, and others.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -14,6 +15,7 @@ use vimc4_answers::profiles::{
 
 use crate::completions;
 use crate::failure::Failure;
+use crate::identity::profile_files;
 
 /// A controller at its line.
 pub(crate) type PlayedDevice = Line<Controller>;
@@ -31,6 +33,13 @@ pub(super) struct Other {
     /// given several times
     #[arg(long, value_name = "NAME=VALUE", add = completions::quirks())]
     quirk: Vec<String>,
+}
+
+impl Other {
+    /// The profile files that are read.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        profile_files(self.model.as_deref(), self.machine.as_deref())
+    }
 }
 
 /// A controller that can be made again and again, with its profiles as they are written down.

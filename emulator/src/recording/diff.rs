@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use serde_json::Value;
 use vimc4_device::escape;
 use vimc4_timeline::recording::{
-    Aside, Entry, Given, Recording, What, first_field, given_apart, part, said_apart,
+    Aside, Entry, Given, Recording, What, first_field, given_apart, part, said_apart, states_apart,
 };
 
-use super::card::{card, led, said_card, seconds};
+use super::card::{card, field_card, led, said_card, seconds};
 use super::controller::Site;
 use super::file;
 use crate::failure::Failure;
@@ -72,9 +73,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             text += &shown;
         }
     }
+    if apart.as_ref().is_none_or(|found| found.field.is_none())
+        && let Some(found) = states_apart(&one, &other, before, &aside(&one, &other))
+    {
+        text += &field_card(&found, NAMES);
+    }
     let equal = text.is_empty();
     output::print(if equal { "equal\n" } else { &text })?;
     Ok(if equal { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The profiles that differ, which stand for each other in the states.
+fn aside(one: &Recording, other: &Recording) -> Vec<(Value, Value)> {
+    let aside = [
+        (one.head.model.clone(), other.head.model.clone()),
+        (one.head.machine.clone(), other.head.machine.clone()),
+    ];
+    aside.into_iter().filter(|(one, other)| one != other).collect()
 }
 
 /// Where the two controllers part when they get the same.
@@ -88,11 +103,7 @@ fn futures(
         Site::recorded(recording).map_err(|error| file::unplayable(path, recording, error))
     };
     let (here, there) = (site(one, &arguments.one)?, site(other, &arguments.other)?);
-    let aside = [
-        (one.head.model.clone(), other.head.model.clone()),
-        (one.head.machine.clone(), other.head.machine.clone()),
-    ];
-    let aside: Vec<_> = aside.into_iter().filter(|(one, other)| one != other).collect();
+    let aside = aside(one, other);
     let first = other.first_state().cloned().unwrap_or_default();
     let read = |written: &_| here.read(written);
     // Each begins where it began, and goes wherever the one was put.

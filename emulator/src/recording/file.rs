@@ -50,9 +50,16 @@ pub(crate) struct Share {
     taken: Rc<Cell<u64>>,
     /// How many it has, if that can be known.
     size: Option<u64>,
+    /// Whether its end has been read.
+    is_whole: Rc<Cell<bool>>,
 }
 
 impl Share {
+    /// Whether the line that ends a recording has been read.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole.get()
+    }
+
     /// The share in thousandths.
     pub(crate) fn thousandths(&self) -> Option<u32> {
         let (taken, size) = (u128::from(self.taken.get()), u128::from(self.size?));
@@ -73,7 +80,7 @@ impl Lines {
                 (Box::new(file), size)
             }
         };
-        let share = Share { taken: Rc::default(), size };
+        let share = Share { taken: Rc::default(), size, is_whole: Rc::default() };
         let source = Counted { source, taken: Rc::clone(&share.taken) };
         let text = vimc4::unpacking(source).map_err(failed)?;
         let mut text = BufReader::with_capacity(BUFFER, text.take(LARGEST + 1));
@@ -116,6 +123,7 @@ impl Lines {
             }
             let entry = self.reader.line(&self.line);
             let entry = entry.map_err(|error| wrong(&self.name, &self.line, &error))?;
+            self.share.is_whole.set(self.reader.has_ended());
             if entry.is_some() {
                 return Ok(entry);
             }

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::{Event, Time, escape};
-use vimc4_timeline::recording::{self, Recording, What, rerecord, say_otherwise};
+use vimc4_timeline::recording::{
+    self, Recording, StateError, What, first_mismatch, rerecord, say_otherwise,
+};
 
 use super::card::seconds;
 use super::controller::{Other, Site};
@@ -104,6 +106,7 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
             seconds(end)
         );
     }
+    say_of_difference(&recording, &site).map_err(unplayable)?;
     let read = |written: &_| site.read(written);
     let cut = recording::cut(&recording, site.player()?, from, to, &read).map_err(unplayable)?;
     file::write(&cut, arguments.out.as_deref())
@@ -111,9 +114,11 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
 
 pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
     let recording = file::read(&arguments.file)?;
+    let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
     let site = Site::recorded(&recording)
         .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let other = site.other(&arguments.other)?;
+    say_of_difference(&recording, &site).map_err(unplayable)?;
     let ends = Handling::of(&site.model).ends;
     let name = text::name(&arguments.file);
     let short = if other.is_recorded() {
@@ -155,9 +160,19 @@ pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
         recording::minimise(&recording, ends, parts)
     };
     let read = |written: &_| site.read(written);
-    let short = rerecord(&short, site.player()?, &read)
-        .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
+    let short = rerecord(&short, site.player()?, &read).map_err(unplayable)?;
     file::write(&short, arguments.out.as_deref())
+}
+
+/// Says from when on the emulation, which gives what is written, differs from the recording.
+fn say_of_difference(recording: &Recording, site: &Site) -> Result<(), StateError> {
+    let Ok(player) = site.player() else { return Ok(()) };
+    let read = |written: &_| site.read(written);
+    if let Some(first) = first_mismatch(recording, player.without_meanings(), &read)? {
+        // Standard error may be closed.
+        let _ = writeln!(io::stderr(), "{}", first.summary());
+    }
+    Ok(())
 }
 
 /// A reply to a command.

@@ -29,7 +29,7 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
         )));
     }
     let destination = Destination::claim(out)?;
-    let Opened { mut debugger, model, machine, .. } = open(recording, Commands::Unlisted)?;
+    let Opened { mut debugger, model, machine, share, .. } = open(recording, Commands::Unlisted)?;
     if let Read::Broken(why) = debugger.read_on(usize::MAX, &mut uninterrupted) {
         return Err(Failure::midway(why));
     }
@@ -55,6 +55,7 @@ pub(super) fn write(recording: &Path, out: &Path) -> Result<(), Failure> {
     let mut film = Film::new(&title, &model, &machine, history.device().device());
     film.went_back(branches.len() - 1);
     film.differs(differences);
+    film.has_end(share.is_whole());
     while !has_come_to(history.present(), end) && history.find_next(Time::NEVER, |_, _, _| true) {
         if history.present().branch != branch {
             branch = history.present().branch;

@@ -1,6 +1,7 @@
 //! `vimc4 replay`: a recording is played again, and compared.
 
 use std::io::{self, Write as _};
+use std::iter;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -15,6 +16,8 @@ use super::card::{card, field_card, said_card, seconds};
 use super::controller::{Other, Site};
 use super::drawn;
 use super::file;
+use crate::console::cancel::Cancel;
+use crate::console::reading::{SearchProgress, on_terminal};
 use crate::drawing::{self, Pictured};
 use crate::endings::{self, INTERRUPTED, InOrder};
 use crate::failure::Failure;
@@ -74,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let outputs = arguments.drawn.files().chain(arguments.pictured.files());
     #[cfg(feature = "api")]
     let outputs = outputs.chain(arguments.html.as_deref());
-    none_twice([arguments.file.as_path()], outputs)?;
+    none_twice(iter::once(arguments.file.as_path()).chain(arguments.other.files()), outputs)?;
     let mut ending = Some(InOrder::begin());
     #[cfg(feature = "api")]
     if let Some(out) = arguments.html.clone() {
@@ -136,12 +139,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         part(&recording, players.0, players.1, &aside, [&read, &there], &mut seen)
     };
     let played = played.map_err(unplayable)?;
-    let say = |causes| report(arguments, &recording, names, &played, causes);
-    let mut seen = |_: SoFar<'_>| heed(&mut ending, || say(None));
+    if !arguments.json {
+        output::print(&report(&recording, names, &played))?;
+    }
+    let say = |causes: Option<&[String]>| match arguments.json {
+        true => found_json(arguments, &recording, &played, causes),
+        false => output::print(&explanations(causes)),
+    };
+    let mut progress = Some(SearchProgress::new(&Cancel::default(), on_terminal(), None));
+    let mut seen = |so_far: SoFar<'_>| {
+        if let Some(progress) = &mut progress {
+            let _ = progress.goes_on(so_far.at);
+        }
+        heed(&mut ending, || {
+            progress = None;
+            say(None)
+        });
+    };
     let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {
         true if other.is_recorded() => causes(&recording, &site, tolerance, &mut seen),
         _ => Vec::new(),
     };
+    drop(progress);
     if (arguments.drawn.files().chain(arguments.pictured.files())).next().is_some() {
         say_of_going_back(&recording);
     }
@@ -281,23 +300,31 @@ fn causes(
     candidates.into_iter().filter_map(explains).collect()
 }
 
-/// Says what the comparison has found, with all that would explain it, unless that was still being looked
-/// for when it was interrupted.
-fn report(
+/// What the comparison has found, as JSON.
+fn found_json(
     arguments: &Arguments,
     recording: &Recording,
-    names: [&str; 2],
     played: &Divergence,
     causes: Option<&[String]>,
 ) -> Result<(), Failure> {
-    let exact = recording.head.clock != WALL;
-    if arguments.json {
-        let Divergence { difference, bytes, inputs, end } = played;
-        let said = difference.as_ref().and_then(|found| found.said.as_ref());
-        let field = difference.as_ref().and_then(|found| found.field.as_ref());
-        let found = SoFar { inputs: *inputs, bytes: *bytes, at: *end, said, field };
-        return json(arguments, Some(recording), Some(difference.is_none()), found, causes);
+    let Divergence { difference, bytes, inputs, end } = played;
+    let said = difference.as_ref().and_then(|found| found.said.as_ref());
+    let field = difference.as_ref().and_then(|found| found.field.as_ref());
+    let found = SoFar { inputs: *inputs, bytes: *bytes, at: *end, said, field };
+    json(arguments, Some(recording), Some(difference.is_none()), found, causes)
+}
+
+/// What would explain a difference; `None` if the search for it was interrupted.
+fn explanations(causes: Option<&[String]>) -> String {
+    match causes {
+        Some(causes) => causes.iter().map(|cause| format!("{cause} would explain it\n")).collect(),
+        None => "interrupted: what would explain it was still being looked for\n".to_owned(),
     }
+}
+
+/// What the comparison has found.
+fn report(recording: &Recording, names: [&str; 2], played: &Divergence) -> String {
+    let exact = recording.head.clock != WALL;
     let mut said = String::new();
     if let Some(line) = recording.torn {
         said += &format!("{}\n", file::torn_off(line));
@@ -317,20 +344,14 @@ fn report(
         Some(difference) => {
             if let Some(at) = difference.at() {
                 let millis = at.as_nanos() / 1_000_000;
-                said += &format!(
-                    "The emulation differs from the recording from {}.{:03} s on.\n",
-                    millis / 1_000,
-                    millis % 1_000
-                );
+                let sides = match names {
+                    [_, "other"] => "The other controller differs from the recorded one",
+                    _ => "The emulation differs from the recording",
+                };
+                said += &format!("{sides} from {}.{:03} s on.\n", millis / 1_000, millis % 1_000);
             }
             said += &card(difference, names);
-            for cause in causes.unwrap_or_default() {
-                said += &format!("{cause} would explain it\n");
-            }
         }
     }
-    if causes.is_none() {
-        said += "interrupted: what would explain it was still being looked for\n";
-    }
-    output::print(&said)
+    said
 }

@@ -43,7 +43,7 @@ the quirk that would explain a difference."),
         here!("  vimc4 record monday.jsonl --device /dev/ttyUSB0 --pty ./machine\n", ""),
         "  vimc4 record monday.jsonl.gz --device COM3 --model imc-s8 --tcp 127.0.0.1:4444\n",
         here!("  vimc4 record both.jsonl --device 127.0.0.1:4004 --pty ./machine\n", ""),
-        "\nExit codes: 0 it was ended, 2 it could not begin."
+        "\nExit codes: 0 it was ended, 1 the recording is not complete, 2 it could not begin."
     )
 )]
 #[cfg_attr(unix, command(group = clap::ArgGroup::new("way in").required(true).multiple(true).args(["pty", "tcp"])))]
@@ -118,10 +118,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let listen = move || listen(&listening, port, &name, baud);
     thread::Builder::new().name("device".to_owned()).spawn(listen).map_err(failed)?;
     runtime.block_on(endings.told());
-    tap.end();
+    let is_whole = tap.end();
     drop(link);
     // The other threads wait for bytes that will not be recorded any more.
-    process::exit(0)
+    process::exit(i32::from(!is_whole))
 }
 
 /// Passes on what the device says, also when it has been gone.

@@ -171,16 +171,14 @@ impl Driver {
         self.meter.lost = self.lost(now);
         let why = self.heed().map_or("the run was interrupted", |()| "the run has ended");
         let device = self.harness.device();
-        if let Some(tape) = self.tape.take() {
-            tape.end(device, why);
-        }
         // Each of them, whatever becomes of the others.
+        let taped = self.tape.take().map_or(Ok(()), |tape| tape.end(device, why));
         let kept = self.covering.take().map_or(Ok(()), Covering::keep);
         let drawing = self.drawing.take();
         let drawn = drawing.map_or(Ok(()), |drawing| drawing.finish(now, &device.position(now)));
         let waved = self.waves.take().map_or(Ok(()), |waves| waves.finish(now));
         let traced = self.meter.end_trace();
-        kept.and(drawn).and(waved).and(traced)
+        taped.and(kept).and(drawn).and(waved).and(traced)
     }
 
     /// The axes, by number, whose counters do not tell where they are: they have lost steps, or the

@@ -1,9 +1,8 @@
 //! The recording of a run in virtual time.
 
 use std::collections::VecDeque;
-use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use vimc4::RecordingFile;
 use vimc4_catalogue::{Machine, Model};
@@ -18,16 +17,20 @@ pub(crate) struct Tape {
     by: Arc<str>,
     /// Up to when everything is in it.
     now: Time,
+    /// Why it is not whole.
+    failed: Arc<OnceLock<String>>,
 }
 
 impl Tape {
     /// Begins a recording in a file, which must not exist yet.
     pub(crate) fn new(path: &Path, model: &Model, machine: &Machine) -> Result<Tape, Failure> {
         let head = vimc4::recording_head(model, machine, "instant", "run");
-        let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));
+        let failed = Arc::<OnceLock<String>>::default();
+        let why = Arc::clone(&failed);
+        let tell = move |error: &str| drop(why.set(error.to_owned()));
         let file = RecordingFile::create(path, head, None, Names::default(), Box::new(tell));
         let file = file.map_err(Failure::usage)?;
-        Ok(Tape { file, by: Arc::from("run"), now: Time::ZERO })
+        Ok(Tape { file, by: Arc::from("run"), now: Time::ZERO, failed })
     }
 
     pub(super) fn begin(&mut self, device: &impl Device) {
@@ -59,10 +62,15 @@ impl Tape {
     }
 
     /// Ends it, and says why.
-    pub(super) fn end(mut self, device: &impl Device, why: &str) {
+    ///
+    /// # Errors
+    ///
+    /// If not everything could be written.
+    pub(super) fn end(mut self, device: &impl Device, why: &str) -> Result<(), Failure> {
         self.state(device);
         self.file.add(&Entry::new(self.now, What::End(why.to_owned())));
         self.file.finish();
+        self.failed.get().map_or(Ok(()), |failed| Err(Failure::usage(failed)))
     }
 
     /// A state as every recording has it: that of a controller at a line.

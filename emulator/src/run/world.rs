@@ -18,6 +18,7 @@ use crate::drawing::{self, Shown};
 use crate::endings::InOrder;
 use crate::failure::Failure;
 use crate::identity::none_twice;
+use crate::setup::Setup;
 use crate::values::duration;
 use crate::waves::Drawn;
 
@@ -85,11 +86,12 @@ pub(crate) struct Scheduled {
 }
 
 impl World {
-    /// Refuses files that would replace each other, or what is run.
-    pub(crate) fn none_twice(&self, run: &Path) -> Result<(), Failure> {
+    /// Refuses files that would replace each other, or what is read.
+    pub(crate) fn none_twice(&self, run: &Path, setup: &Setup) -> Result<(), Failure> {
         let own = [&self.trace, &self.record, &self.coverage].into_iter().flatten();
         let outputs = own.map(PathBuf::as_path).chain(self.shown.files()).chain(self.drawn.files());
-        none_twice(iter::once(run).chain(self.scenario.as_deref()), outputs)
+        let inputs = iter::once(run).chain(self.scenario.as_deref()).chain(setup.files());
+        none_twice(inputs, outputs)
     }
 
     /// What runs this controller and writes what is wanted of that, for a picture of this file.

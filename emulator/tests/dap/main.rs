@@ -13,7 +13,7 @@ use std::fs;
 use std::io::{BufReader, Write};
 use std::net::{Shutdown, TcpStream};
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -27,7 +27,7 @@ mod live;
 mod process;
 
 use editor::{Editor, text};
-use process::limits::InTime;
+use process::limits::{InTime, LIMIT};
 use process::{Process, VIMC4, connect, framed, read_message};
 
 fn example(name: &str) -> String {
@@ -1644,9 +1644,21 @@ fn a_client_that_vanishes_ends_the_session() {
 
 #[test]
 fn clients_come_and_go_at_a_port() {
-    let mut adapter = Process::start(Command::new(VIMC4).args(["dap", "--port", "0"]));
+    let mut command = Command::new(VIMC4);
+    let mut adapter = Process::start(command.args(["dap", "--port", "0"]).stderr(Stdio::piped()));
+    let errors = adapter.errors();
     let line = adapter.line();
     let address = line.strip_prefix("debug adapter at ").unwrap().to_owned();
+    // A page in a browser may send a request as well, and is no editor.
+    let mut page = connect(&address);
+    let message = framed(&json!({ "seq": 1, "type": "request", "command": "initialize" }));
+    page.write_all(format!("POST / HTTP/1.1\r\nHost: {address}\r\n{message}").as_bytes()).unwrap();
+    let mut from = BufReader::new(page);
+    let refused = read_message(&mut from).unwrap();
+    assert_eq!((&refused["success"], read_message(&mut from)), (&json!(false), None));
+    let told = errors.recv_timeout(LIMIT).unwrap();
+    assert!(told.contains("closed the connection of 127.0.0.1:"), "{told}");
+    assert!(told.ends_with("the first line is neither Content-Length nor Content-Type"), "{told}");
     let talk = |leave: bool| {
         let mut stream = connect(&address);
         let mut from = BufReader::new(stream.try_clone().unwrap());

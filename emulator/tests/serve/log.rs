@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tempfile::TempDir;
 
-use super::process::limits::{InTime, Timed};
+use super::process::limits::{InTime, LIMIT, Timed};
 use super::process::{Process, VIMC4, ask, connect, tcp, terminal, vimc4};
 use super::{ready, serving};
 
@@ -135,6 +135,22 @@ fn what_a_client_wrote_before_it_closed_comes_before_the_news_of_that() {
             assert_eq!(before("speaks").unwrap(), "pty: a client speaks", "{number}: {told:#?}");
         }
     }
+}
+
+/// How many warnings were left out is said although no other one comes and no client closes.
+#[test]
+fn what_is_left_out_of_a_flood_is_told_in_time() {
+    let mut talk = Talk::start("");
+    let errors = talk.serve.errors();
+    let address = talk.client.peer_addr().unwrap();
+    talk.ask("@01\r", 1);
+    let refused: Vec<_> = (0..5).map(|_| TcpStream::connect(address).unwrap()).collect();
+    let told = std::iter::from_fn(|| errors.recv_timeout(LIMIT).ok());
+    let told = told.filter_map(|line| Some(line.split_once(" s  ")?.1.to_owned()));
+    let told: Vec<_> = told.take_while(|line| !line.contains("4 more were left out")).collect();
+    let kept = told.iter().filter(|line| line.contains(": refused ")).count();
+    assert_eq!((refused.len(), kept), (5, 1), "{told:#?}");
+    assert!(!told.iter().any(|line| line.contains("closed the line")), "{told:#?}");
 }
 
 /// However quickly it came and went.

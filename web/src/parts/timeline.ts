@@ -177,7 +177,8 @@ export function timeline(app: App): Part {
       const differs = differing();
       const left = app.film && live.missing > 0 ? ` · ${figure(live.missing)} ${say("leftOut")}` : "";
       const gone = app.film?.back ? ` · ${figure(app.film.back)} ${say("wentBack")}` : "";
-      if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}${gone}`);
+      const cut = app.film?.isCutOff ? ` · ${say("cutOff")}` : "";
+      if (app.film) put(status, `${seconds(looked)} · ${say(app.film.every > 1 ? "filmThinned" : "film")}${left}${gone}${cut}`);
       else put(status, !history || history.possible
         ? isOpen ? `${seconds(looked)} · ${say(isNow ? "pausedNow" : "isPast")}` : say("dragBack")
         : say("noPast"));

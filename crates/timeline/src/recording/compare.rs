@@ -390,6 +390,48 @@ pub fn said_apart(one: &Recording, other: &Recording) -> Option<SaidDifference> 
     count.found
 }
 
+/// The first field in which two recorded states of the same time differ, with its value in each and its
+/// line in the first recording. States from entry `end` on do not count.
+#[must_use]
+pub fn states_apart(
+    one: &Recording,
+    other: &Recording,
+    end: usize,
+    aside: &[(Value, Value)],
+) -> Option<FieldDifference> {
+    let states = |recording: &'_ Recording, end: usize| {
+        let states = recording.entries.iter().take(end).filter_map(|entry| match &entry.what {
+            What::State { by: None, state } => Some((entry.at, entry.line, state.clone())),
+            _ => None,
+        });
+        states.collect::<VecDeque<_>>()
+    };
+    let (mut ones, mut others) = (states(one, end), states(other, usize::MAX));
+    while let (Some((at, line, a)), Some((other_at, _, b))) = (ones.front(), others.front()) {
+        if at == other_at {
+            let (mut a, mut b) = (a.clone(), b.clone());
+            for later in LATER {
+                if !mentions(&a, later) || !mentions(&b, later) {
+                    leave_out(&mut a, later);
+                    leave_out(&mut b, later);
+                }
+            }
+            if let Some((field, one, other)) = alike(&a, &b, aside) {
+                let (at, line) = (*at, *line);
+                return Some(FieldDifference { at, line, field, one, other, command: None });
+            }
+        }
+        let order = at.cmp(other_at);
+        if order.is_le() {
+            ones.pop_front();
+        }
+        if order.is_ge() {
+            others.pop_front();
+        }
+    }
+    None
+}
+
 /// The first field in which two states differ, with its value in each.
 pub fn alike<S: serde::Serialize>(
     one: &S,

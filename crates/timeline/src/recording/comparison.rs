@@ -419,6 +419,27 @@ impl<D: Device + Clone> Comparison<D> {
     }
 }
 
+/// The first place at which the emulation differs from a recording.
+///
+/// # Errors
+///
+/// If a recorded state cannot be read.
+pub fn first_mismatch<D: Device + Clone>(
+    recording: &Recording,
+    player: Player<D>,
+    state: Read<'_, D>,
+) -> Result<Option<Mismatch>, StateError> {
+    let mut comparison = Comparison::new(player, Tolerance::of(&recording.head));
+    for entry in &recording.entries {
+        comparison.read(entry, state, &mut |_| {})?;
+        if !comparison.mismatches.is_empty() {
+            break;
+        }
+    }
+    comparison.finish();
+    Ok(comparison.take_mismatches().next())
+}
+
 /// Plays a recording into a device and compares every byte and time, and the states that were
 /// written down. `state` reads a state; `seen` is told after each single thing that the device has
 /// done.

@@ -33,9 +33,9 @@ mod text;
 
 pub use compare::{
     Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, SoFar, Tolerance,
-    alike, first_field, given_apart, part, said_apart, say_otherwise,
+    alike, first_field, given_apart, part, said_apart, say_otherwise, states_apart,
 };
-pub use comparison::{Comparison, Mismatch, MismatchKind, check};
+pub use comparison::{Comparison, Mismatch, MismatchKind, check, first_mismatch};
 pub use entry::{Entry, Given, Head, LineSort, VERSION, WALL, What};
 pub use play::{Player, Seen, StateError, Told, exchange};
 pub use read::{ReadError, Reader, Recording};
