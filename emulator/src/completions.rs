@@ -14,7 +14,8 @@ use clap_complete::engine::{
 };
 use clap_complete::env::{CompleteEnv, Shells};
 use vimc4_catalogue::Controller;
-use vimc4_device::{Device, Names, Signal, Verb};
+use vimc4_device::{Device, Names, Signal};
+use vimc4_language::{Verb, orders_of};
 
 use crate::failure::Failure;
 use crate::here::here;
@@ -261,7 +262,7 @@ fn orders(verbs: &'static [Verb], form: fn(&str) -> String) -> ArgValueCompleter
         let names = Names::new([], of_model(&typed_model()));
         let mut candidates = Vec::new();
         for verb in verbs {
-            for way in names.orders(*verb) {
+            for way in orders_of(*verb, &names) {
                 let value = form(&way.line);
                 if value.starts_with(&*typed) {
                     candidates.push(CompletionCandidate::new(value).help(Some(way.about.into())));

@@ -497,7 +497,7 @@ impl Core {
 
     /// Begins a fault and answers with its number.
     fn fault(&self, py: Python<'_>, words: &str) -> PyResult<Pending> {
-        let fault = self.names(py)?.read_fault(words);
+        let fault = vimc4::read_fault(words, self.names(py)?);
         let fault = fault.map_err(|error| error::raise(py, "FaultError", error.to_string()))?;
         Ok(self.pending(self.control.fault(fault), |py, number| {
             Ok(number.0.into_pyobject(py)?.into_any().unbind())
@@ -542,7 +542,7 @@ impl Core {
         let lines = words.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
         let lines: Vec<(usize, &str)> = lines.collect();
         let read = |(place, line): &(usize, &str)| {
-            names.read_rule(line).map_err(|error| wrong(*place, error.to_string()))
+            vimc4::read_rule(line, names).map_err(|error| wrong(*place, error.to_string()))
         };
         let scenario = Scenario { rules: lines.iter().map(read).collect::<PyResult<_>>()? };
         // A rule may wait for one of another scenario, if that is there.
@@ -607,7 +607,7 @@ impl Core {
 
     /// All ways to go on with an order that has been begun, each with what it is.
     fn complete(&self, py: Python<'_>, begun: &str) -> PyResult<Vec<(String, String)>> {
-        let completions = self.names(py)?.complete(begun);
+        let completions = vimc4::complete(begun, self.names(py)?);
         Ok(completions.into_iter().map(|one| (one.line, one.about)).collect())
     }
 
@@ -619,7 +619,7 @@ impl Core {
 
     /// Carries out an order as people type it.
     fn order(&self, py: Python<'_>, line: &str) -> PyResult<Pending> {
-        let wrong = |error: vimc4::OrderError| error::raise(py, "OrderError", error.to_string());
+        let wrong = |error: vimc4::SyntaxError| error::raise(py, "OrderError", error.to_string());
         let Some(order) = Order::read(line, self.names(py)?).map_err(wrong)? else {
             return Err(error::raise(py, "OrderError", "an empty line is not an order".to_owned()));
         };
@@ -812,8 +812,7 @@ impl Core {
     }
 
     fn condition(&self, py: Python<'_>, text: &str) -> PyResult<Condition> {
-        self.names(py)?
-            .read(text)
+        vimc4::read_condition(text, self.names(py)?)
             .map_err(|error| error::raise(py, "ConditionError", error.to_string()))
     }
 }

@@ -362,8 +362,8 @@ impl Group {
         let (member, condition) = {
             let inner = self.inner()?;
             let (member, names) = &inner.members[place(self.number, inner.members.len(), member)?];
-            let condition = names.read(condition);
-            let wrong = |error: vimc4::ConditionError| {
+            let condition = vimc4::read_condition(condition, names);
+            let wrong = |error: vimc4::SyntaxError| {
                 error::raise(py, "ConditionError", error.to_string())
             };
             (*member, condition.map_err(wrong)?)

@@ -64,7 +64,7 @@ impl Harness {
     }
 
     fn condition(&self, py: Python<'_>, text: &str) -> PyResult<Condition> {
-        let condition = self.names.read(text);
+        let condition = vimc4::read_condition(text, &self.names);
         condition.map_err(|error| error::raise(py, "ConditionError", error.to_string()))
     }
 }

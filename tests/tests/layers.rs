@@ -10,18 +10,22 @@ use cargo_metadata::{DepKindInfo, DependencyKind, MetadataCommand, Package, Pack
 
 /// What each room of the house may use of the others: downwards only. Rooms that are not built yet
 /// have their place.
-const ALLOWED: [(&str, &[&str]); 32] = [
+const ALLOWED: [(&str, &[&str]); 33] = [
     // Those that know no clock, socket, thread or file.
     ("vimc4-motion", &[]),
     ("vimc4-isel-wire", &[]),
     ("vimc4-device", &["vimc4-motion"]),
+    ("vimc4-language", &["vimc4-device"]),
     ("vimc4-plant", &["vimc4-device", "vimc4-motion"]),
     ("vimc4-isel", &["vimc4-device", "vimc4-isel-wire", "vimc4-motion", "vimc4-plant"]),
     ("vimc4-lpkf", &["vimc4-device", "vimc4-motion", "vimc4-plant"]),
     ("vimc4-ncp", &["vimc4-isel-wire", "vimc4-motion", "vimc4-plant"]),
-    ("vimc4-catalogue", &["vimc4-device", "vimc4-isel", "vimc4-lpkf", "vimc4-plant"]),
-    ("vimc4-timeline", &["vimc4-device"]),
-    ("vimc4-journal", &["vimc4-device"]),
+    (
+        "vimc4-catalogue",
+        &["vimc4-device", "vimc4-isel", "vimc4-language", "vimc4-lpkf", "vimc4-plant"],
+    ),
+    ("vimc4-timeline", &["vimc4-device", "vimc4-language"]),
+    ("vimc4-journal", &["vimc4-device", "vimc4-language"]),
     (
         "vimc4-answers",
         &[
@@ -30,13 +34,17 @@ const ALLOWED: [(&str, &[&str]); 32] = [
             "vimc4-debug",
             "vimc4-device",
             "vimc4-journal",
+            "vimc4-language",
             "vimc4-timeline",
         ],
     ),
     ("vimc4-session", &["vimc4-device", "vimc4-journal"]),
     ("vimc4-coverage", &["vimc4-catalogue", "vimc4-device"]),
     ("vimc4-sweep", &["vimc4-device"]),
-    ("vimc4-debug", &["vimc4-catalogue", "vimc4-session", "vimc4-device", "vimc4-timeline"]),
+    (
+        "vimc4-debug",
+        &["vimc4-catalogue", "vimc4-device", "vimc4-language", "vimc4-session", "vimc4-timeline"],
+    ),
     (
         "vimc4-script",
         &["vimc4-catalogue", "vimc4-debug", "vimc4-device", "vimc4-motion", "vimc4-ncp"],
@@ -50,6 +58,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
             "vimc4-debug",
             "vimc4-device",
             "vimc4-journal",
+            "vimc4-language",
             "vimc4-script",
             "vimc4-timeline",
         ],
@@ -59,7 +68,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
     ("vimc4-wave", &["vimc4-device", "vimc4-motion"]),
     // Texts, which know nothing.
     ("vimc4-fixtures", &[]),
-    ("vimc4-conform", &["vimc4-catalogue", "vimc4-device", "vimc4-fixtures"]),
+    ("vimc4-conform", &["vimc4-catalogue", "vimc4-device", "vimc4-fixtures", "vimc4-language"]),
     // A protocol of the network is the business of no controller.
     ("vimc4-rfc2217", &[]),
     // Those outside. One call of the host to Linux is unsafe code, which has one room.
@@ -79,6 +88,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
             "vimc4-device",
             "vimc4-host",
             "vimc4-journal",
+            "vimc4-language",
             "vimc4-sweep",
             "vimc4-timeline",
         ],
@@ -105,6 +115,7 @@ const EVERYTHING_BUT_FAMILIES: &[&str] = &[
     "vimc4-dap",
     "vimc4-debug",
     "vimc4-device",
+    "vimc4-language",
     "vimc4-lines",
     "vimc4-motion",
     "vimc4-ncp",

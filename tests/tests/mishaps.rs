@@ -12,6 +12,7 @@ use vimc4_device::{
     Device as _, Event, FaultNews, Harness, Input, Kinds, Line, Loss, Names, Output, Strike, Time,
     Warning,
 };
+use vimc4_language::{read_condition, read_fault, read_faulting};
 use vimc4_plant::Machine;
 use vimc4_tests::mishaps::{Act, Random, Session, any_session};
 
@@ -31,7 +32,7 @@ fn with_x(machine: &str, keys: &str) -> String {
 }
 
 fn fault(tried: &mut Harness<Line<Controller>>, text: &str) {
-    let faulting = Names::of(tried.device()).read_faulting(text);
+    let faulting = read_faulting(text, &Names::of(tried.device()));
     tried.input(Input::Fault(&faulting.expect(text)));
 }
 
@@ -118,7 +119,7 @@ fn inputs_are_wired_to_places() {
             let names = Names::of(tried.device());
             for (at, on) in [(1_000, 0), (1_001, 1), (1_499, 1), (1_500, 0)] {
                 let at = if way == back { 2_500 - at } else { at };
-                let read = names.read(&format!("x = {at}")).expect("a condition");
+                let read = read_condition(&format!("x = {at}"), &names).expect("a condition");
                 tried.run_until(&read).expect(way);
                 assert_eq!(signal(&tried, input), on, "{model} {way} {at}");
             }
@@ -325,12 +326,12 @@ fn backlash_is_gone_through_at_a_reversal_and_not_before() {
 fn a_load_without_a_motor_says_so() {
     for (model, machine) in [("imc-s8", "mill"), ("smcu", "board-plotter")] {
         let tried = open(model, machine);
-        let load = Names::of(tried.device()).read_fault("load x 50").expect("a fault");
+        let load = read_fault("load x 50", &Names::of(tried.device())).expect("a fault");
         let why = tried.device().why_in_vain(&load).expect("a reason");
         assert!(why.contains("what the motor of this axis can"), "{why}");
     }
     let tried = open("imc-s8", &with_x("bench", "motor = { pull = [[0, 200], [10000, 0]] }"));
-    let load = Names::of(tried.device()).read_fault("load x 50").expect("a fault");
+    let load = read_fault("load x 50", &Names::of(tried.device())).expect("a fault");
     assert_eq!(tried.device().why_in_vain(&load), None);
 }
 

@@ -7,6 +7,7 @@ use serde_json::Value;
 use vimc4::device::{Controller, Device as _, Harness, Input, Output};
 use vimc4::{Activity, Condition, Time, WaitsFor};
 use vimc4_device::{Event, Kinds, Names};
+use vimc4_language::read_faulting;
 
 fn controller(model: &str, machine: &str) -> Harness<Controller> {
     let model = vimc4::model(model).expect(model);
@@ -92,7 +93,7 @@ fn the_trackball_a_push_and_the_program_are_no_exceptions() {
     assert_eq!(names(&changes(&mut plotter)), [("X-", true)]);
 
     let mut imc = controller("imc4", "mill").watching(Kinds::SWITCH);
-    let push = Names::of(imc.device()).read_faulting("push x -100000").expect("a fault");
+    let push = read_faulting("push x -100000", &Names::of(imc.device())).expect("a fault");
     imc.input(Input::Fault(&push));
     assert_eq!(names(&changes(&mut imc)), [("X-", true)]);
 

@@ -12,6 +12,7 @@ use vimc4_debug::{Unit, Wired};
 use vimc4_device::{
     Device as _, Harness, Input, Kinds, Line, LineState, Names, OwnedInput, Time, TimedInput,
 };
+use vimc4_language::{read_faulting, read_ruling};
 use vimc4_plant::Machine;
 use vimc4_tests::fuzzing::{Chance, back_and_forward};
 use vimc4_tests::mishaps::{Act, Random, Session, any_session};
@@ -59,14 +60,14 @@ fn told(session: &Session, chance: &mut Chance) -> Told {
         if chance.below(25) == 0 {
             let besides = *chance.pick(&BESIDES);
             let input = match besides.split_once(' ') {
-                Some(("fault", fault)) => names.read_faulting(fault).map(OwnedInput::Fault).ok(),
-                _ => names.read_ruling(besides).map(OwnedInput::Rule).ok(),
+                Some(("fault", fault)) => read_faulting(fault, &names).map(OwnedInput::Fault).ok(),
+                _ => read_ruling(besides, &names).map(OwnedInput::Rule).ok(),
             };
             inputs.push(TimedInput { at, input: input.expect(besides) });
         }
         let input = match act {
             Act::Send(line) => OwnedInput::from(Input::Bytes(line.as_bytes())),
-            Act::Fault(text) => OwnedInput::Fault(names.read_faulting(text).expect(text)),
+            Act::Fault(text) => OwnedInput::Fault(read_faulting(text, &names).expect(text)),
             Act::Set(name, value) => {
                 let signal = names.signals().iter().find(|signal| signal.name == *name);
                 OwnedInput::Signal(signal.expect(name).id, *value)

@@ -8,9 +8,10 @@ use serde_json::{Map, Value, json};
 use vimc4_catalogue::Controller;
 use vimc4_debug::{CANCELLED, DebugError, Debugger, Directive, Remedy, Wired};
 use vimc4_device::{
-    CommandNumber, Device, Event, Input, Names, Order, Output, OwnedInput, SignalKind, Time,
-    escape, show_nanos,
+    CommandNumber, Device, Event, Input, Names, Output, OwnedInput, SignalKind, Time, escape,
+    show_nanos,
 };
+use vimc4_language::Order;
 use vimc4_session::{Deed, News, Report, Sink, What};
 use vimc4_timeline::recording::{Mismatch, MismatchKind};
 use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};

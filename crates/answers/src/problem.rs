@@ -3,10 +3,9 @@
 use std::fmt::Display;
 
 use serde_json::json;
-use vimc4_device::{
-    ConditionError, DeedError, FaultError, MemoryError, OrderError, RuleError, problem_and_remedy,
-};
+use vimc4_device::{DeedError, MemoryError};
 use vimc4_journal::expect::Mistake;
+use vimc4_language::SyntaxError;
 use vimc4_session::{ClockError, ControlError};
 
 /// A kind of problem, which a program can tell from others by its name.
@@ -121,27 +120,6 @@ impl Problem {
         }
     }
 
-    /// Why an order was not understood. To order `help` would do, but who sends requests asks for the orders.
-    fn of_order(error: &OrderError) -> Problem {
-        const HELP: &str = "type help for the list";
-        let text = error.to_string();
-        match text.split_once(HELP) {
-            Some((before, _)) => Problem::said(
-                Kind::NotUnderstood,
-                &format!("{before}GET the orders, which lists them"),
-                "",
-            ),
-            None => Problem::of_words(error, error.right()),
-        }
-    }
-
-    /// Words that are wrong somewhere, and what would be right there.
-    fn of_words(error: &impl Display, right: &str) -> Problem {
-        let text = error.to_string();
-        let (problem, remedy) = problem_and_remedy(&text, right);
-        Problem::new(Kind::NotUnderstood, problem, remedy)
-    }
-
     /// With this remedy, if it has none of its own and that may be what was wrong.
     #[must_use]
     pub fn or_remedy(mut self, remedy: impl FnOnce() -> String) -> Problem {
@@ -209,23 +187,21 @@ impl From<ControlError> for Problem {
     }
 }
 
-macro_rules! wrong_words {
-    ($($error:ty),+) => {
-        $(impl From<$error> for Problem {
-            fn from(error: $error) -> Problem {
-                Problem::of_words(&error, error.right())
-            }
-        })+
-    };
-}
-
-impl From<OrderError> for Problem {
-    fn from(error: OrderError) -> Problem {
-        Problem::of_order(&error)
+impl From<SyntaxError> for Problem {
+    fn from(error: SyntaxError) -> Problem {
+        let (problem, remedy) = error.problem_and_remedy();
+        // A client cannot type `help`.
+        let remedy = remedy.replace("type help for the list", "GET the orders, which lists them");
+        Problem::new(Kind::NotUnderstood, problem, remedy)
     }
 }
 
-wrong_words!(ConditionError, FaultError, Mistake, RuleError);
+impl From<Mistake> for Problem {
+    fn from(error: Mistake) -> Problem {
+        let (problem, remedy) = error.problem_and_remedy();
+        Problem::new(Kind::NotUnderstood, problem, remedy)
+    }
+}
 
 macro_rules! not_understood {
     ($($error:ty),+) => {

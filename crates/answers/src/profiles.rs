@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 use vimc4_catalogue::{Machine, Model, profile_text};
 use vimc4_device::{Names, OwnedInput};
+use vimc4_language::{read_faulting, read_ruling};
 use vimc4_timeline::recording::Given;
 
 /// What is given to a controller with these names: every signal is one of its own, with a value that it
@@ -30,11 +31,11 @@ pub fn known(names: &Names, given: &Given) -> Result<OwnedInput, String> {
             Ok(OwnedInput::Signal(signal.id, *value))
         }
         Given::Fault(words) => {
-            let faulting = names.read_faulting(words);
+            let faulting = read_faulting(words, names);
             Ok(OwnedInput::Fault(faulting.map_err(|error| format!("fault {error}"))?))
         }
         Given::Rule(words) => {
-            let ruling = names.read_ruling(words);
+            let ruling = read_ruling(words, names);
             Ok(OwnedInput::Rule(ruling.map_err(|error| format!("rule {error}"))?))
         }
         Given::Bytes(bytes) => Ok(OwnedInput::Bytes(bytes.clone())),

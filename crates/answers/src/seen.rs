@@ -4,8 +4,9 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::{Details, Machine, Model};
 use vimc4_device::{
-    Activity, AxisView, FaultView, LengthUnit, Names, RuleView, Signal, Sort, Time, Verb, View,
+    Activity, AxisView, FaultView, LengthUnit, Names, RuleView, Signal, Time, View,
 };
+use vimc4_language::{Sort, Verb, complete};
 use vimc4_session::{BreakpointView, Clock, Effect, Pause, Source, Step};
 
 /// Where the axes are.
@@ -125,7 +126,7 @@ pub fn verbs() -> Value {
 /// What can follow an order that has been begun.
 #[must_use]
 pub fn completions(names: &Names, line: &str) -> Value {
-    let ways = names.complete(line).into_iter();
+    let ways = complete(line, names).into_iter();
     ways.map(|way| json!({ "line": way.line, "about": way.about })).collect()
 }
 

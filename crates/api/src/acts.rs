@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
     BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order,
-    Pause, Scenario, ScenarioNumber, Time, Verb,
+    Pause, Scenario, ScenarioNumber, Time, Verb, read_condition, read_fault, read_rule,
 };
 use vimc4_answers::fields::{NO_BYTES, bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
@@ -284,7 +284,7 @@ async fn advanced(call: &Call, span: Duration) -> Result<Arrival, Problem> {
 }
 
 pub(crate) async fn run_until(call: Call) -> Outcome {
-    let condition = call.app.names.read(call.text("condition"))?;
+    let condition = read_condition(call.text("condition"), &call.app.names)?;
     Answer::json(&arrived(&call, |control| control.run_until(condition)).await?.json())
 }
 
@@ -379,7 +379,7 @@ pub(crate) async fn breakpoints(call: Call) -> Outcome {
 
 pub(crate) async fn add_breakpoint(call: Call) -> Outcome {
     let control = &call.controller()?.control;
-    let condition = call.app.names.read(call.text("condition"))?;
+    let condition = read_condition(call.text("condition"), &call.app.names)?;
     if control.breakpoints().await?.len() >= BREAKPOINTS {
         let detail = format!("there are {BREAKPOINTS} breakpoints already");
         return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
@@ -555,7 +555,7 @@ pub(crate) async fn faults(call: Call) -> Outcome {
 }
 
 pub(crate) async fn begin_fault(call: Call) -> Outcome {
-    let fault = call.app.names.read_fault(call.text("fault"))?;
+    let fault = read_fault(call.text("fault"), &call.app.names)?;
     Answer::json(&json!({ "number": call.controller()?.control.fault(fault).await? }))
 }
 
@@ -579,7 +579,8 @@ pub(crate) async fn rules(call: Call) -> Outcome {
 
 pub(crate) async fn begin_rules(call: Call) -> Outcome {
     let lines = call.text("rules").lines().map(str::trim).filter(|line| !line.is_empty());
-    let rules = lines.map(|line| call.app.names.read_rule(line)).collect::<Result<Vec<_>, _>>()?;
+    let rules =
+        lines.map(|line| read_rule(line, &call.app.names)).collect::<Result<Vec<_>, _>>()?;
     if rules.is_empty() {
         let remedy = "write one in each line, such as `when x > 1000: press stop`";
         return Err(Problem::new(Kind::NotUnderstood, "there are no rules", remedy));

@@ -4,7 +4,7 @@ use std::ffi::{CString, c_char};
 use std::ptr;
 use std::time::Duration;
 
-use vimc4::Order;
+use vimc4::{Order, read_condition};
 
 use crate::error::{Failure, guarded};
 use crate::options;
@@ -189,7 +189,8 @@ pub unsafe extern "C" fn vimc4_run_until(
         let emulator = unsafe { controller(emulator) }?;
         // SAFETY: as this function asks for.
         let condition = unsafe { of_caller(condition, "the condition") }?;
-        let condition = emulator.emulator.names()?.read(condition).map_err(Failure::of)?;
+        let condition =
+            read_condition(condition, &emulator.emulator.names()?).map_err(Failure::of)?;
         Ok(nanoseconds(emulator.emulator.run_until(&condition)?))
     })
 }

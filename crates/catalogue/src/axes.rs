@@ -49,7 +49,7 @@ impl Model {
 /// its model and wiring are known.
 ///
 /// ```
-/// use vimc4_device::Order;
+/// use vimc4_language::Order;
 ///
 /// let names = vimc4_catalogue::all_names();
 /// assert!(Order::read("cover open", names).is_ok() && Order::read("ball x -3", names).is_err());

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
-use vimc4_device::{Ability, Deed, Device, Model as _, PortView, Verb, View};
+use vimc4_device::{Ability, Deed, Device, Model as _, PortView, View};
 use vimc4_plant::{ProfileError, parse_profile};
 
 use crate::list::{Details, Family, Model, both, by, of};
@@ -149,7 +149,7 @@ impl Model {
                 signals.push((switch.name.clone(), value));
             }
         }
-        Ok(Deed::Several { what: Verb::Erase.to_string(), signals })
+        Ok(Deed::Several { what: "erase".to_owned(), signals })
     }
 }
 

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use toml::{Spanned, Value};
-use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario, problem_and_remedy};
+use vimc4_device::{MOST_RULES, Names, Scenario};
+use vimc4_language::{RulePart, SyntaxError, read_rule_of};
 use vimc4_plant::{ProfileError, parse_profile};
 
 /// A file: rules, in parts.
@@ -69,7 +70,7 @@ fn count_of(value: &Spanned<Value>) -> Result<u64, ProfileError> {
 /// Reads a scenario for a controller with these names from the TOML of a file.
 ///
 /// ```
-/// use vimc4_device::{Names, Rule};
+/// use vimc4_device::Names;
 ///
 /// let names = Names::new([(0, "X".to_owned())], Vec::new());
 /// let text = r#"
@@ -79,7 +80,8 @@ fn count_of(value: &Spanned<Value>) -> Result<u64, ProfileError> {
 /// do = "power off for 100ms"
 /// "#;
 /// let scenario = vimc4_catalogue::scenario(text, &names).unwrap();
-/// let rule = names.read_rule("rule once when x > 1000: power off for 100ms").unwrap();
+/// let rule = "rule once when x > 1000: power off for 100ms";
+/// let rule = vimc4_language::read_rule(rule, &names).unwrap();
 /// assert_eq!(scenario, rule.into());
 /// ```
 ///
@@ -138,18 +140,19 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
             places.push((trigger.len(), text.span()));
             trigger.push_str(text.get_ref());
         }
-        let rule = names.read_rule_of(
+        let rule = read_rule_of(
             name.as_ref().map(|name| name.get_ref().as_str()),
             times.as_ref().map(|(times, _)| *times),
             &trigger,
             acts.get_ref(),
+            names,
         );
         let rule = rule.map_err(|(part, error)| match part {
             RulePart::Name => wrong(text, &error, 0, name.as_ref().map(Spanned::span)),
             RulePart::Times => wrong(text, &error, 0, times.as_ref().map(|(_, span)| span.clone())),
             RulePart::Do => wrong(text, &error, 0, Some(acts.span())),
             RulePart::Trigger => {
-                let place = places.iter().rev().find(|(begin, _)| error.at() >= *begin);
+                let place = places.iter().rev().find(|(begin, _)| error.span.start >= *begin);
                 let (begin, span) = place.or(places.first()).cloned().unwrap_or((0, span.clone()));
                 wrong(text, &error, begin, Some(span))
             }
@@ -170,12 +173,17 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
 }
 
 /// An error in a value of the file, of which a text from a place on is wrong.
-fn wrong(text: &str, error: &RuleError, begin: usize, span: Option<Range<usize>>) -> ProfileError {
+fn wrong(
+    text: &str,
+    error: &SyntaxError,
+    begin: usize,
+    span: Option<Range<usize>>,
+) -> ProfileError {
     let span = span.map(|span| {
         let written = text.get(span.clone()).unwrap_or_default();
         let inner = written.strip_prefix(['"', '\'']).unwrap_or(written);
         let plain = !inner.starts_with(['"', '\'']) && !written.contains('\\');
-        let at = error.at().saturating_sub(begin);
+        let at = error.span.start.saturating_sub(begin);
         match plain && written.len() > inner.len() {
             // The quotation marks are around it.
             true => {
@@ -184,7 +192,6 @@ fn wrong(text: &str, error: &RuleError, begin: usize, span: Option<Range<usize>>
             false => span,
         }
     });
-    let said = error.to_string();
-    let (message, help) = problem_and_remedy(&said, error.right());
-    ProfileError { message: message.to_owned(), help: help.to_owned(), span }
+    let (message, help) = error.problem_and_remedy();
+    ProfileError { message, help: help.to_owned(), span }
 }

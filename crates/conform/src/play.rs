@@ -9,6 +9,7 @@ use vimc4_device::{
     Course, Deed, Device, Event, Faulting, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion,
     Names, Output, OwnedInput, Ruling, Time, View, show_nanos,
 };
+use vimc4_language::{read_faulting, read_ruling};
 
 use crate::format::Session;
 use crate::script::{Action, Expected, Step, escape};
@@ -467,7 +468,7 @@ impl<D: Device> Player<D> {
             // apply.
             Deed::Fault(faulting) => {
                 let words = vimc4_catalogue::all_names().write_faulting(faulting);
-                match Names::of(self.harness.device()).read_faulting(&words) {
+                match read_faulting(&words, &Names::of(self.harness.device())) {
                     Ok(faulting) => Deed::Fault(faulting.into()),
                     Err(error) => return mismatch(deed.to_string(), error.to_string()),
                 }
@@ -492,7 +493,7 @@ impl<D: Device> Player<D> {
     /// those of this one.
     fn rule(&mut self, ruling: &Ruling) -> Result<(), Mismatch> {
         let words = vimc4_catalogue::all_names().write_ruling(ruling);
-        match Names::of(self.harness.device()).read_ruling(&words) {
+        match read_ruling(&words, &Names::of(self.harness.device())) {
             Ok(ruling) => self.input(Input::Rule(&ruling)),
             Err(error) => return mismatch(words, error.to_string()),
         }

@@ -3,7 +3,8 @@
 use std::fmt;
 
 use vimc4_catalogue::{Effects, Family};
-use vimc4_device::{Deed, Order, Ruling, Sort, Verb, parse_duration, unescape_first};
+use vimc4_device::{Deed, Ruling, parse_duration, unescape_first};
+use vimc4_language::{Order, Sort, Verb};
 
 /// One line of a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -314,7 +315,7 @@ fn ordered(text: &str) -> Result<Action, ScriptError> {
         Ok(Some(Order::Do(deed))) => Ok(Action::Do(deed)),
         Ok(Some(Order::Rule(ruling))) => Ok(Action::Rule(ruling)),
         Ok(Some(Order::Reset)) => Ok(Action::Reset),
-        Err(error) if error.at() > 0 => Err(ScriptError { message: error.to_string() }),
+        Err(error) if error.span.start > 0 => Err(ScriptError { message: error.to_string() }),
         _ => {
             let word = text.split(' ').next().unwrap_or_default();
             Err(ScriptError::new(format!("{word:?} is not a word of a script"), words()))

@@ -1,5 +1,7 @@
 //! Completion of a line that has been begun.
 
+use vimc4_language::complete;
+
 use crate::debugger::Debugger;
 use crate::field::names_after;
 use crate::table::{Directive, Follows, TABLE};
@@ -60,7 +62,7 @@ impl Debugger {
     fn orders(&self, begun: &str, from: usize) -> Vec<Candidate> {
         let from = from.saturating_sub(begun.len() - begun.trim_start().len());
         let begun = begun.trim_start();
-        let ways = self.names().complete(begun).into_iter();
+        let ways = complete(begun, self.names()).into_iter();
         let known = |text: &str| TABLE.iter().any(|directive| directive.name == text);
         let words = ways.filter_map(|way| {
             let text = way.line.get(from.min(begun.len())..)?.trim_end().to_owned();

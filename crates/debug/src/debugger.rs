@@ -8,6 +8,7 @@ use serde_json::Value;
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, TimedInput};
 use vimc4_session::BreakpointId;
+use vimc4_language::{known_error, read_condition};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, Options, Trigger};
@@ -38,7 +39,7 @@ use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable, 
 /// assert_eq!(debugger.go(Way::Forward, None, go_on).why, Reason::Rest);
 ///
 /// // In the middle of the motion.
-/// let condition = debugger.names().read("x = 400")?;
+/// let condition = vimc4_language::read_condition("x = 400", debugger.names())?;
 /// assert_eq!(debugger.seek(&condition, Way::Back, go_on).why, Reason::Found);
 /// assert_eq!(debugger.evaluate("x")?, 400);
 /// debugger.step(Unit::Step, Way::Back, Depth::Into, 10, go_on);
@@ -335,7 +336,7 @@ impl Debugger {
         {
             return self.line_trigger(line);
         }
-        match self.names.read(text) {
+        match read_condition(text, &self.names) {
             Ok(condition) => Ok(Trigger::Condition(condition)),
             Err(error) => match Expression::parse(text, self.device()) {
                 Ok(expression) if expression.is_claim() => Ok(Trigger::Expression(expression)),
@@ -358,7 +359,7 @@ impl Debugger {
     /// If the text is wrong, or the model has no such command; with those it has.
     pub fn command_trigger(&self, begins: &str) -> Result<Trigger, DebugError> {
         let text = format!("command {begins}");
-        match self.names_of_model().map(|names| names.read(&text)) {
+        match self.names_of_model().map(|names| read_condition(&text, &names)) {
             Some(Err(error)) => Err(DebugError::new(error.to_string())),
             Some(Ok(_)) | None => self.read_trigger(&text),
         }
@@ -372,7 +373,7 @@ impl Debugger {
     /// What would be right, if the model has no such error.
     pub fn error(&self, code: &str) -> Result<Condition, String> {
         if let Some(names) = self.names_of_model() {
-            return names.error(Some(code)).map_err(|error| error.right().to_owned());
+            return known_error(Some(code), &names).map_err(|error| error.message());
         }
         match !code.is_empty() && code.chars().all(|c| c.is_ascii_alphanumeric()) {
             true => Ok(Condition::Error { code: Some(code.to_owned()) }),

@@ -5,10 +5,11 @@ use std::ops::ControlFlow;
 use strsim::osa_distance;
 use vimc4_catalogue::Controller;
 use vimc4_device::{
-    CommandNumber, Deed, Device, Faulting, Input, NotADuration, Order, OwnedInput, Ruling, Sort,
-    Time, Verb, escape, faults_in_words, parse_duration, rules_in_words, unescape,
+    CommandNumber, Deed, Device, Faulting, Input, NotADuration, OwnedInput, Ruling, Time, escape,
+    faults_in_words, parse_duration, rules_in_words, unescape,
 };
 use vimc4_session::BreakpointId;
+use vimc4_language::{Order, Sort, Verb, help_on, read_condition};
 use vimc4_session::Effect;
 use vimc4_session::order::said;
 use vimc4_timeline::Progress;
@@ -130,7 +131,7 @@ impl Debugger {
             }
             "reverse" => self.go(Way::Back, None, progress),
             "next" | "last" => {
-                let condition = self.names().read(rest);
+                let condition = read_condition(rest, self.names());
                 let condition = condition.map_err(|error| DebugError::new(error.to_string()))?;
                 let way = if name == "next" { Way::Forward } else { Way::Back };
                 self.seek(&condition, way, progress)
@@ -313,7 +314,7 @@ impl Debugger {
                 Some(directive) => Ok(Answer::HelpOn(directive)),
                 None => match Order::read(typed.line, self.names()) {
                     Ok(Some(Order::Help(Some(verb)))) => {
-                        Ok(Answer::Text(self.names().help_on(verb)))
+                        Ok(Answer::Text(help_on(verb, self.names())))
                     }
                     _ => Err(unknown(name)),
                 },
@@ -661,7 +662,7 @@ impl Debugger {
     // --- asking ---
 
     fn assert(&mut self, text: &str) -> Result {
-        let (is_so, what) = match self.names().read(text) {
+        let (is_so, what) = match read_condition(text, self.names()) {
             Ok(condition) => {
                 let device = self.device();
                 let is_so = device.crossing(&condition) == Some(self.now());
@@ -793,7 +794,7 @@ impl Debugger {
             }
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
             Some(Order::Help(None)) => Ok(self.helped()),
-            Some(Order::Help(Some(verb))) => Ok(Answer::Text(self.names().help_on(verb))),
+            Some(Order::Help(Some(verb))) => Ok(Answer::Text(help_on(verb, self.names()))),
             Some(Order::Quit) => Ok(Answer::Quit),
             Some(Order::Complete(begun)) => {
                 let cursor = begun.len();
@@ -821,7 +822,7 @@ impl Debugger {
     }
 
     fn helped(&self) -> Answer {
-        let deeds = Verb::all().filter(|verb| self.names().has(*verb));
+        let deeds = Verb::all().filter(|verb| verb.is_of(self.names()));
         let deeds = deeds.filter(|verb| matches!(verb.sort(), Sort::Deed | Sort::Time));
         let forms = deeds.filter(|verb| !is_elsewhere(*verb)).flat_map(typed);
         Answer::Help(forms.collect())

@@ -1,5 +1,5 @@
 //! The commands of the console: one table, from which help, completion and the manual come. Orders
-//! of the panel are in the table of [`Verb`](vimc4_device::Verb)s, and typed as everywhere else.
+//! of the panel are in the table of [`Verb`](vimc4_language::Verb)s, and typed as everywhere else.
 
 use std::fmt;
 

@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 
 use vimc4_debug::{Debugger, Depth, FrameKind, Reason, Source, Trigger, Unit, Way, uninterrupted};
 use vimc4_device::Input;
+use vimc4_language::read_condition;
 
 use drive::{debugger, run, stop};
 
@@ -162,7 +163,7 @@ fn whoever_gives_up_is_heard_soon_and_is_where_the_search_began() {
     assert_eq!(stop.why, Reason::Cancelled);
     let here = debugger.place();
     let mut at_once = |_| ControlFlow::Break(());
-    let condition = debugger.names().read("signal stop is 1").unwrap();
+    let condition = read_condition("signal stop is 1", debugger.names()).unwrap();
     let stop = debugger.seek(&condition, Way::Back, &mut at_once);
     assert_eq!((stop.why, debugger.place()), (Reason::Cancelled, here));
     for line in ["who y", "trace y = 5", "what if machine mill", "goto command 99"] {

@@ -12,6 +12,7 @@ use vimc4_debug::{
 };
 
 use vimc4_device::Device;
+use vimc4_language::read_condition;
 
 use drive::{debugger, run, stop};
 
@@ -372,7 +373,7 @@ fn breakpoints_at_what_the_host_asks_log_and_heed_which_hit_it_is() {
 fn waiting() -> Debugger {
     let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
     let debugger = debugger("imc4", "bench");
-    let is_so = debugger.names().read("y < 10").unwrap();
+    let is_so = read_condition("y < 10", debugger.names()).unwrap();
     let pieces = vec![
         send("@07"),
         Piece::Wait(Duration::from_millis(300)),
@@ -465,7 +466,7 @@ fn what_logs_where_the_host_waits_stops_nothing() {
 fn held_up() -> Debugger {
     let send = |what: &str| Piece::Send(format!("{what}\r").into_bytes());
     let debugger = debugger("imc4", "bench");
-    let is_so = debugger.names().read("port 0 bit 3 on").unwrap();
+    let is_so = read_condition("port 0 bit 3 on", debugger.names()).unwrap();
     let pieces = vec![
         send("@07"),
         send("@0A500,900,0,900,0,900,0,900"),

@@ -8,6 +8,7 @@ use drive::{debugger, run};
 use vimc4_catalogue::bare;
 use vimc4_debug::{Debugger, uninterrupted};
 use vimc4_device::{Input, Line, Ruling, Scenario, ScenarioNumber, show_nanos};
+use vimc4_language::read_ruling;
 use vimc4_timeline::History;
 
 /// What is answered, a link of a chain in each line, without what stands before it.
@@ -43,7 +44,7 @@ fn which_rule_of_a_scenario_it_was_is_said() {
     let mut debugger = debugger("imc4", "bench");
     let mut scenario = Scenario::new();
     for rule in ["rule far when x > 700: press stop", "when y > 5: power off"] {
-        let Ok(Ruling::Begin(_, read)) = debugger.names().read_ruling(rule) else {
+        let Ok(Ruling::Begin(_, read)) = read_ruling(rule, debugger.names()) else {
             panic!("{rule}")
         };
         scenario.rules.extend(read.rules);

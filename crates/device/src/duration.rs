@@ -89,6 +89,15 @@ pub fn show_nanos(nanos: u64) -> String {
     format!("{}{part}{unit}", nanos / scale)
 }
 
+/// A span of time as [`show_nanos`] writes it.
+pub(crate) struct Span(pub(crate) Duration);
+
+impl Display for Span {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&show_nanos(u64::try_from(self.0.as_nanos()).unwrap_or(u64::MAX)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

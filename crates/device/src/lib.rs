@@ -9,6 +9,7 @@
 mod breakpoint;
 mod condition;
 mod course;
+mod deed;
 mod duration;
 mod event;
 mod facts;
@@ -27,21 +28,21 @@ mod run;
 mod scenario;
 mod signal;
 mod text;
-mod verb;
 mod view;
 
 pub use breakpoint::Breakpoint;
-pub use condition::{
-    Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary, is_mnemonic,
-};
+pub use condition::{Condition, Fact, LengthUnit, Named, Names, Scale, Vocabulary, is_mnemonic};
 pub use course::{Ability, Course, Situation, StopCause};
+pub use deed::{
+    Deed, DeedError, faults_in_words, is_like, position_in_words, rules_in_words, settable,
+};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Loss, Motion, Warning};
 pub use facts::Facts;
 pub use fault::{
-    Awaited, BadByte, Chance, Damage, Fault, FaultError, FaultNews, FaultNumber, FaultStage,
-    FaultView, Faulting, Garbling, LineFault, MOST_FAULTS, MachineFault, MachineStrike, Mishap,
-    Strike, SwitchSays, Way, When,
+    Awaited, BadByte, Chance, Damage, Fault, FaultNews, FaultNumber, FaultStage, FaultView,
+    Faulting, Garbling, LineFault, MOST_FAULTS, MachineFault, MachineStrike, Mishap, Strike,
+    SwitchSays, Way, When,
 };
 pub use grouped::Grouped;
 pub use handling::{
@@ -53,18 +54,15 @@ pub use input::{Input, OwnedInput, TimedInput};
 pub use line::{Line, LineState};
 pub use model::{MemoryError, Model};
 pub use modem::ModemLine;
+pub use nth::Nth;
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES, OtherController};
 pub use scenario::{
-    Act, Awaits, Cue, Lasts, MOST_RULES, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage,
-    RuleView, Ruling, Scenario, ScenarioError, ScenarioNumber, Trigger,
+    Act, Awaits, Cue, Lasts, MOST_RULES, Rule, RuleId, RuleNews, RuleStage, RuleView, Ruling,
+    Scenario, ScenarioError, ScenarioNumber, Trigger,
 };
 pub use signal::{Signal, SignalId, SignalKind};
-pub use text::{escape, parted, problem_and_remedy, said, unescape, unescape_first};
-pub use verb::{
-    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words, is_like,
-    position_in_words, rules_in_words, settable,
-};
+pub use text::{escape, parted, said, unescape, unescape_first};
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Path, Point, Running, Segment, Time};

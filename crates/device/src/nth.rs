@@ -4,11 +4,12 @@ use std::fmt::{self, Display, Formatter};
 
 /// `1st`, `2nd`, `3rd`, `4th`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Nth(pub(crate) u64);
+pub struct Nth(pub u64);
 
 impl Nth {
     /// The number that a word such as `10th` says.
-    pub(crate) fn read(word: &str) -> Option<u64> {
+    #[must_use]
+    pub fn read(word: &str) -> Option<u64> {
         let number = word.get(..word.len().checked_sub(2)?)?;
         let number = number.parse().ok().filter(|number| *number > 0)?;
         Nth(number).to_string().eq_ignore_ascii_case(word).then_some(number)

@@ -83,30 +83,6 @@ pub fn parted(text: &str) -> Option<(&str, &str)> {
     Some((&text[..place], &text[place + between.len()..]))
 }
 
-/// Splits the text of a syntax error, which ends with what would be `right`, into the problem and the remedy.
-/// The remedy is empty if the text has none.
-///
-/// ```
-/// use vimc4_device::problem_and_remedy;
-///
-/// let parts = problem_and_remedy("`drop foo` is wrong at `foo`: to-host or both", "to-host or both");
-/// assert_eq!(parts, ("`drop foo` is wrong at `foo`", "to-host or both"));
-///
-/// // What would be right may begin with the reason.
-/// let right = "`cover` cannot be `shut`; it can be open or closed";
-/// let text = "`cover shut` is wrong at `shut`: `cover` cannot be `shut`; it can be open or closed";
-/// let problem = "`cover shut` is wrong at `shut`: `cover` cannot be `shut`";
-/// assert_eq!(problem_and_remedy(text, right), (problem, "it can be open or closed"));
-/// ```
-#[must_use]
-pub fn problem_and_remedy<'t>(text: &'t str, right: &'t str) -> (&'t str, &'t str) {
-    let problem = text.strip_suffix(right).and_then(|before| before.strip_suffix(": "));
-    match problem {
-        Some(problem) if parted(right).is_none() => (problem, right),
-        _ => parted(text).unwrap_or((text, "")),
-    }
-}
-
 /// How many characters are shown of what a controller says.
 const SHOWN: usize = 120;
 

@@ -6,9 +6,10 @@ use vimc4_answers::limits::BREAKPOINTS;
 use vimc4_answers::problem::{Kind, Problem};
 use vimc4_answers::seen;
 use vimc4_device::{
-    Condition, Deed, Device, FaultNumber, Faulting, Input, Order, Ruling, Scenario, ScenarioNumber,
+    Condition, Deed, Device, FaultNumber, Faulting, Input, Ruling, Scenario, ScenarioNumber,
     faults_in_words, position_in_words, rules_in_words,
 };
+use vimc4_language::{Order, help, help_on, list_signals, read_condition, read_fault, read_rule};
 use vimc4_session::order::{erased, ruled, said};
 use vimc4_session::{BreakpointId, ControlError, Effect};
 
@@ -82,17 +83,17 @@ fn carry_out(served: &mut Served, moment: u64, order: Order) -> Result<String, P
         }
         Order::Reset => said(&live.request(moment, |session, wall| session.reset(wall, &by))),
         Order::Rules => rules_in_words(&live.line().rules(), &live.names),
-        Order::Signals => live.names.list(),
-        Order::Help(None) => live.names.help(),
-        Order::Help(Some(verb)) => live.names.help_on(verb),
-        Order::Complete(begun) => live.names.completions(&begun),
+        Order::Signals => list_signals(&live.names),
+        Order::Help(None) => help(&live.names),
+        Order::Help(Some(verb)) => help_on(verb, &live.names),
+        Order::Complete(begun) => vimc4_language::completions(&begun, &live.names),
         Order::Quit => String::new(),
     })
 }
 
 pub(crate) fn run_until(desk: &mut Desk, call: &Call) -> Outcome {
     let served = desk.present(call)?;
-    let condition = served.live.names.read(call.text("condition"))?;
+    let condition = read_condition(call.text("condition"), &served.live.names)?;
     let at = served.live.run_until(call.moment, condition)?;
     Answer::json(&served.arrived(at))
 }
@@ -106,7 +107,7 @@ pub(crate) fn breakpoints(desk: &mut Desk, call: &Call) -> Outcome {
 
 pub(crate) fn add_breakpoint(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
-    let condition = live.names.read(call.text("condition"))?;
+    let condition = read_condition(call.text("condition"), &live.names)?;
     if live.session.breakpoints().len() >= BREAKPOINTS {
         let detail = format!("there are {BREAKPOINTS} breakpoints already");
         return Err(Problem::new(Kind::TooMany, detail, "delete some of them"));
@@ -133,7 +134,7 @@ pub(crate) fn faults(desk: &mut Desk, call: &Call) -> Outcome {
 
 pub(crate) fn begin_fault(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
-    let fault = live.names.read_fault(call.text("fault"))?;
+    let fault = read_fault(call.text("fault"), &live.names)?;
     let number =
         live.request(call.moment, |session, wall| session.inject_fault(wall, &page(), fault))?;
     Answer::json(&json!({ "number": number }))
@@ -162,7 +163,7 @@ pub(crate) fn rules(desk: &mut Desk, call: &Call) -> Outcome {
 pub(crate) fn begin_rules(desk: &mut Desk, call: &Call) -> Outcome {
     let live = &mut desk.present(call)?.live;
     let lines = call.text("rules").lines().map(str::trim).filter(|line| !line.is_empty());
-    let rules = lines.map(|line| live.names.read_rule(line)).collect::<Result<Vec<_>, _>>()?;
+    let rules = lines.map(|line| read_rule(line, &live.names)).collect::<Result<Vec<_>, _>>()?;
     if rules.is_empty() {
         let remedy = "write one in each line, such as `when x > 1000: press stop`";
         return Err(Problem::new(Kind::NotUnderstood, "there are no rules", remedy));

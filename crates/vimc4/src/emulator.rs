@@ -11,8 +11,8 @@ use std::time::Duration;
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
 use vimc4_device::{
-    Condition, Event, FaultNumber, FaultView, Names, Order, RuleView, Scenario, ScenarioNumber,
-    Signal, Stamp, Time,
+    Condition, Event, FaultNumber, FaultView, Names, RuleView, Scenario, ScenarioNumber, Signal,
+    Stamp, Time,
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
@@ -23,6 +23,7 @@ use vimc4_host::{LinkError, PtyLink};
 use vimc4_coverage::Coverage;
 use vimc4_journal::Journal;
 use vimc4_journal::expect::Expect;
+use vimc4_language::{Order, read_fault, read_rule};
 
 use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
@@ -411,7 +412,7 @@ impl Emulator {
     pub fn fault(&self, fault: impl Into<AnyFault>) -> Result<FaultHandle, Error> {
         let fault = match fault.into() {
             AnyFault::Fault(fault) => fault,
-            AnyFault::Words(words) => self.names()?.read_fault(&words)?,
+            AnyFault::Words(words) => read_fault(&words, &self.names()?).map_err(Error::Fault)?,
         };
         let number = self.control.fault(fault).wait()?;
         Ok(FaultHandle::new(self.control.clone(), number))
@@ -477,7 +478,8 @@ impl Emulator {
             AnyScenario::Words(words) => {
                 let names = self.names()?;
                 let lines = words.lines().map(str::trim).filter(|line| !line.is_empty());
-                let rules = lines.map(|line| names.read_rule(line)).collect::<Result<_, _>>()?;
+                let rules = lines.map(|line| read_rule(line, &names).map_err(Error::Rule));
+                let rules = rules.collect::<Result<_, _>>()?;
                 Scenario { rules }
             }
         };

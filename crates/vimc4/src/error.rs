@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use thiserror::Error;
 use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
-use vimc4_device::{FaultError, RuleError, ScenarioError};
+use vimc4_device::ScenarioError;
 use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
 
 use vimc4_journal::expect::{Failure, Mistake};
+use vimc4_language::SyntaxError;
 
 use crate::recording::RecordingError;
 
@@ -48,7 +49,7 @@ pub enum Error {
     Profile(#[from] Box<ProfileFileError>),
     /// The words describe no fault.
     #[error(transparent)]
-    Fault(#[from] FaultError),
+    Fault(SyntaxError),
     /// A scenario cannot be read.
     #[error("cannot read the scenario {path}: {source}; check the name of the file", path = .path.display())]
     ScenarioFile {
@@ -59,7 +60,7 @@ pub enum Error {
     },
     /// The words describe no rule.
     #[error(transparent)]
-    Rule(#[from] RuleError),
+    Rule(SyntaxError),
     /// The rules of a scenario do not go together.
     #[error("rule {place} is wrong: {0}; {right}", place = .0.rule() + 1, right = .0.right())]
     Scenario(#[from] ScenarioError),

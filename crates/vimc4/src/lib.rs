@@ -86,13 +86,12 @@ pub use vimc4_catalogue::{
 };
 pub use vimc4_device::{
     AXES, Act, Activity, Awaited, Awaits, AxisView, BadByte, Cause, Chance, CommandNumber,
-    Completion, Condition, ConditionError, Cue, Damage, Deed, DeedError, Event, Fault, FaultError,
-    FaultNews, FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, Lasts,
-    LengthUnit, LineFault, MOST_FAULTS, MOST_RULES, ModemLine, Motion, Names, NotADuration, Order,
-    OrderError, Path, Point, PortView, Rule, RuleError, RuleId, RuleNews, RuleStage, RuleView,
-    Ruling, Scale, Scenario, ScenarioError, ScenarioNumber, Segment, Signal, SignalKind,
-    SignalView, Sort, Stamp, Strike, Time, TimerView, Trigger, Verb, WaitsFor, Warning, Way, When,
-    escape, parse_duration, settable,
+    Condition, Cue, Damage, Deed, DeedError, Event, Fault, FaultNews, FaultNumber, FaultStage,
+    FaultView, Faulting, Fill, Garbling, Kinds, Lasts, LengthUnit, LineFault, MOST_FAULTS,
+    MOST_RULES, ModemLine, Motion, Names, NotADuration, Path, Point, PortView, Rule, RuleId,
+    RuleNews, RuleStage, RuleView, Ruling, Scale, Scenario, ScenarioError, ScenarioNumber, Segment,
+    Signal, SignalKind, SignalView, Stamp, Strike, Time, TimerView, Trigger, WaitsFor, Warning,
+    Way, When, escape, parse_duration, settable,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,
@@ -101,6 +100,10 @@ pub use vimc4_host::{
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};
+pub use vimc4_language::{
+    Completion, Order, Sort, SyntaxError, Verb, complete, help, help_on, list_signals,
+    read_condition, read_fault, read_rule,
+};
 
 pub use vimc4_coverage::{
     Command as CoveredCommand, Coverage, CoverageError, Lcov, Point as CoveragePoint, Total, Totals,

@@ -3,8 +3,9 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_device::{Condition, Order, Ruling, faults_in_words, position_in_words, rules_in_words};
+use vimc4_device::{Condition, Ruling, faults_in_words, position_in_words, rules_in_words};
 use vimc4_host::ControlError;
+use vimc4_language::{Order, completions, help, help_on, list_signals};
 use vimc4_session::order::{erased, ruled, said};
 
 use crate::control::Control;
@@ -75,15 +76,15 @@ impl Control {
                 let (names, rules) = (self.names(), self.rules());
                 Box::pin(async move { Ok(rules_in_words(&rules.await?, &names.await?)) })
             }
-            Order::Signals => answer(self.names(), |names| names.list()),
-            Order::Help(None) => answer(self.names(), |names| names.help()),
+            Order::Signals => answer(self.names(), |names| list_signals(&names)),
+            Order::Help(None) => answer(self.names(), |names| help(&names)),
             Order::Help(Some(verb)) => {
                 let verb = *verb;
-                answer(self.names(), move |names| names.help_on(verb))
+                answer(self.names(), move |names| help_on(verb, &names))
             }
             Order::Complete(begun) => {
                 let begun = begun.clone();
-                answer(self.names(), move |names| names.completions(&begun))
+                answer(self.names(), move |names| completions(&begun, &names))
             }
             Order::Quit => {
                 self.stop();

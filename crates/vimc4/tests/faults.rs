@@ -8,6 +8,7 @@ use std::time::Duration;
 use vimc4::device::{Controller, Device, Line};
 use vimc4::{
     Clock, Damage, Emulator, Error, FaultNumber, LineFault, MemoryPort, Order, Time, Way, When,
+    read_condition, read_fault,
 };
 use vimc4_timeline::recording::{Player, Recording, What};
 
@@ -31,7 +32,7 @@ fn a_fault_ends_with_its_handle() {
     let typed = LineFault::new(
         Damage::Duplicate,
         Way::ToHost,
-        When::once().after(emu.names().unwrap().read("at 1s").unwrap()),
+        When::once().after(read_condition("at 1s", &emu.names().unwrap()).unwrap()),
     );
     let typed = emu.fault(typed).unwrap();
     assert_eq!((cut.number(), typed.number()), (FaultNumber(1), FaultNumber(2)));
@@ -231,14 +232,14 @@ fn the_page_of_faults_has_all_kinds() {
         for row in table.lines().take_while(|line| line.starts_with('|')) {
             let cell = row.split(" | ").next().unwrap_or_default();
             for fault in cell.split('`').skip(1).step_by(2) {
-                let read = names.read_fault(&format!("{fault}{way}"));
+                let read = read_fault(&format!("{fault}{way}"), &names);
                 read.unwrap_or_else(|error| panic!("{error}"));
                 shown.push(fault.split(' ').next().unwrap_or_default().to_owned());
             }
         }
     }
     shown.dedup();
-    let wrong = names.read_fault("?").unwrap_err();
-    let kinds = wrong.right().rsplit(": ").next().unwrap().split(", ");
+    let wrong = read_fault("?", &names).unwrap_err();
+    let kinds = wrong.expected.rsplit(": ").next().unwrap().split(", ");
     assert_eq!(shown, kinds.collect::<Vec<_>>());
 }

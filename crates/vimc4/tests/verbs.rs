@@ -15,7 +15,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::time::Duration;
 
-use vimc4::{Clock, Emulator, Names, Order, Sort, Time, Verb};
+use vimc4::{Clock, Emulator, Names, Order, Sort, Time, Verb, help, help_on};
 
 /// An emulator whose time stands still, with the names of its axes and signals.
 fn emulator() -> (Emulator, Names) {
@@ -201,8 +201,8 @@ fn each_verb_does_what_it_says() {
                 assert!(end.starts_with("given up at "), "{end}");
             }
             Verb::Help => {
-                assert_eq!(give("help"), names.help());
-                assert_eq!(give("help run until"), names.help_on(Verb::RunUntil));
+                assert_eq!(give("help"), help(&names));
+                assert_eq!(give("help run until"), help_on(Verb::RunUntil, &names));
             }
             Verb::Complete => {
                 assert_eq!(

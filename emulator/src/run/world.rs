@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use vimc4::RecordingFile;
 use vimc4_catalogue::{Controller, Machine, Model};
-use vimc4_device::{Device, Names, Order, OwnedInput, Scenario, SignalId, Verb};
+use vimc4_device::{Device, Names, OwnedInput, Scenario, SignalId};
+use vimc4_language::{Order, Verb};
 
 use super::driver::Driver;
 use super::meter::Meter;

@@ -11,6 +11,7 @@ use serde_json::json;
 use vimc4_catalogue::{bare, machine, model};
 use vimc4_debug::{Debugger, Depth, Feed, Options, Piece, Trigger, Unit, Way, uninterrupted as on};
 use vimc4_device::Input;
+use vimc4_language::read_condition;
 
 use crate::editor::Editor;
 use crate::process::limits::{EndsInTime, InTime};
@@ -51,14 +52,14 @@ fn by_library() -> Result<States, Failed> {
         Debugger::new(bare(&model, &mill, &[])?).with_feed(Feed::new(pieces).until_error());
     let mut states = Vec::new();
     let mut keep = |debugger: &Debugger| states.push(format!("{:016x}", debugger.digest()));
-    let command = debugger.names().read("command @A")?;
+    let command = read_condition("command @A", debugger.names())?;
     debugger.add_breakpoint(Trigger::Condition(command), Options::default());
     debugger.go(Way::Forward, None, &mut on);
     keep(&debugger);
     let stop = debugger.place();
     debugger.step(Unit::Command, Way::Back, Depth::Into, 2, &mut on);
     keep(&debugger);
-    let place = debugger.names().read("x = 800")?;
+    let place = read_condition("x = 800", debugger.names())?;
     debugger.seek(&place, Way::Forward, &mut on);
     keep(&debugger);
     let signals = debugger.names().signals();

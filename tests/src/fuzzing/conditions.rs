@@ -7,6 +7,7 @@ use vimc4_device::{
     Awaits, Condition, Device, Faulting, Names, Rule, Ruling, Scenario, ScenarioNumber, Signal,
     Trigger,
 };
+use vimc4_language::{read_condition, read_faulting, read_ruling};
 
 /// The names of each built-in model's axes and signals, and those signals.
 static NAMES: LazyLock<Vec<(Names, Vec<Signal>)>> = LazyLock::new(|| {
@@ -29,14 +30,14 @@ static NAMES: LazyLock<Vec<(Names, Vec<Signal>)>> = LazyLock::new(|| {
 pub fn condition(data: &[u8]) {
     let [which, text @ ..] = data else { return };
     let (names, _) = &NAMES[usize::from(*which) % NAMES.len()];
-    let condition = match names.read(&String::from_utf8_lossy(text)) {
+    let condition = match read_condition(&String::from_utf8_lossy(text), names) {
         Ok(condition) => condition,
-        Err(error) => return assert!(!error.right().is_empty(), "{error}"),
+        Err(error) => return assert!(!error.expected.is_empty(), "{error}"),
     };
     let written = names.write(&condition).to_string();
-    assert_eq!(names.read(&written).as_ref(), Ok(&condition), "{written}");
+    assert_eq!(read_condition(&written, names).as_ref(), Ok(&condition), "{written}");
     let numbered = condition.to_string();
-    assert_eq!(numbered.parse().as_ref(), Ok(&condition), "{numbered}");
+    assert_eq!(read_condition(&numbered, Names::numbered()).as_ref(), Ok(&condition), "{numbered}");
     let kept = serde_json::to_string(&condition).unwrap_or_default();
     assert_eq!(serde_json::from_str::<Condition>(&kept).ok(), Some(condition), "{kept}");
 }
@@ -49,14 +50,14 @@ pub fn condition(data: &[u8]) {
 pub fn fault(data: &[u8]) {
     let [which, text @ ..] = data else { return };
     let (names, _) = &NAMES[usize::from(*which) % NAMES.len()];
-    let faulting = match names.read_faulting(&String::from_utf8_lossy(text)) {
+    let faulting = match read_faulting(&String::from_utf8_lossy(text), names) {
         Ok(faulting) => faulting,
-        Err(error) => return assert!(!error.right().is_empty(), "{error}"),
+        Err(error) => return assert!(!error.expected.is_empty(), "{error}"),
     };
     let written = names.write_faulting(&faulting);
-    assert_eq!(names.read_faulting(&written).as_ref(), Ok(&faulting), "{written}");
+    assert_eq!(read_faulting(&written, names).as_ref(), Ok(&faulting), "{written}");
     let numbered = faulting.to_string();
-    assert_eq!(numbered.parse().as_ref(), Ok(&faulting), "{numbered}");
+    assert_eq!(read_faulting(&numbered, Names::numbered()).as_ref(), Ok(&faulting), "{numbered}");
     let kept = serde_json::to_string(&faulting).unwrap_or_default();
     assert_eq!(serde_json::from_str::<Faulting>(&kept).ok(), Some(faulting), "{kept}");
 }
@@ -132,13 +133,15 @@ pub fn scenario(data: &[u8]) {
             read.into_iter().for_each(|read| assert_eq!(&read, scenario, "{file}"));
         }
         let written = names.write_ruling(&ruling);
-        assert_eq!(names.read_ruling(&written).as_ref(), Ok(&ruling), "{written}");
+        assert_eq!(read_ruling(&written, names).as_ref(), Ok(&ruling), "{written}");
         let kept = serde_json::to_string(&ruling).unwrap_or_default();
         assert_eq!(serde_json::from_str::<Ruling>(&kept).ok(), Some(ruling), "{kept}");
     };
-    match names.read_ruling(&text) {
+    match read_ruling(&text, names) {
         Ok(ruling) => same(ruling),
-        Err(error) => assert!(!error.right().is_empty() && error.at() <= text.len(), "{error}"),
+        Err(error) => {
+            assert!(!error.expected.is_empty() && text.get(error.span.clone()).is_some(), "{error}")
+        }
     }
     match vimc4_catalogue::scenario(&text, names) {
         Ok(scenario) => same(Ruling::Begin(ScenarioNumber(1), scenario)),
@@ -234,14 +237,14 @@ mod tests {
     fn every_form_is_read() {
         for text in texts() {
             let (names, _) = &NAMES[usize::from(text[0])];
-            names.read(std::str::from_utf8(&text[1..]).unwrap()).unwrap();
+            read_condition(std::str::from_utf8(&text[1..]).unwrap(), names).unwrap();
         }
     }
 
     #[test]
     fn every_fault_is_read_by_a_model() {
         let reads =
-            |(names, _): &(Names, Vec<Signal>), text: &str| names.read_faulting(text).is_ok();
+            |(names, _): &(Names, Vec<Signal>), text: &str| read_faulting(text, names).is_ok();
         for text in faults() {
             let text = std::str::from_utf8(&text[1..]).unwrap();
             assert!(NAMES.iter().any(|names| reads(names, text)), "{text}");
@@ -254,7 +257,7 @@ mod tests {
         fn files_say_what_orders_say(rules in prop::collection::vec(rules(), 1..5), number in 0..9_u32) {
             let (names, _) = &NAMES[0];
             let text = rules.join("\n");
-            let read = names.read_ruling(&text);
+            let read = read_ruling(&text, names);
             prop_assert!(read.is_ok(), "{}: {:?}", text, read);
             scenario(&[&[0], format!("{number}\n{text}").as_bytes()].concat());
         }
@@ -295,7 +298,7 @@ mod tests {
             let (names, _) = &NAMES[usize::from(text[0]) % NAMES.len()];
             let text = std::str::from_utf8(&text[1..]).unwrap();
             let reads =
-                names.read_ruling(text).is_ok() || vimc4_catalogue::scenario(text, names).is_ok();
+                read_ruling(text, names).is_ok() || vimc4_catalogue::scenario(text, names).is_ok();
             if !reads {
                 wrong.push(text.to_owned());
             }

@@ -39,7 +39,8 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         let mut sample = Sample::default();
         for _ in 0..5 {
             debugger.go_to(end).doing("go to the end")?;
-            let condition = debugger.names().read(line).doing("read a condition")?;
+            let condition =
+                vimc4::read_condition(line, debugger.names()).doing("read a condition")?;
             let began = Instant::now();
             let stop = debugger.seek(&condition, Way::Back, &mut uninterrupted);
             sample.add(began.elapsed().as_nanos() as f64);

@@ -5,23 +5,22 @@
 //! seen in the events of that cause. Both can be combined: all of them in one moment, or any of
 //! them.
 
+mod names;
 mod seen;
-mod text;
 mod vocabulary;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Point, SignalId, Time};
 
-pub use text::{ConditionError, LengthUnit, Named, Names, Scale};
-pub(crate) use text::{excerpt, without_names};
+pub use names::{LengthUnit, Named, Names, Scale};
 pub use vocabulary::{Vocabulary, is_mnemonic};
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
 /// [`Harness::run_until`](crate::Harness::run_until).
 ///
 /// It has a text form for people to type: `z < -5000`, `answer error 2`, `x = 100 and port 2 bit 0
-/// on`. [`Names`] reads and writes it with a device's names for its axes and signals.
+/// on`. [`Names`] writes it with a device's names for its axes and signals, and `vimc4-language` reads it.
 ///
 /// # Moments
 ///

@@ -22,7 +22,8 @@ const SHOWN: usize = 24;
 impl Vocabulary {
     /// Whether the line of a command can begin so, or a command has this mnemonic. A number after
     /// the sign that begins a line, as in `@0A`, is the number of the device.
-    pub(super) fn has_command(&self, like: &str) -> bool {
+    #[must_use]
+    pub fn has_command(&self, like: &str) -> bool {
         let mut rest: String = like.chars().filter(|c| !c.is_whitespace()).collect();
         if let Some(line) = rest.strip_prefix('@') {
             rest = format!("@{}", line.trim_start_matches(|c: char| c.is_ascii_digit()));
@@ -37,27 +38,32 @@ impl Vocabulary {
     }
 
     /// Whether a command has this mnemonic.
-    pub(super) fn has_mnemonic(&self, like: &str) -> bool {
+    #[must_use]
+    pub fn has_mnemonic(&self, like: &str) -> bool {
         like == UNKNOWN || self.commands.iter().any(|known| is_mnemonic(known, like))
     }
 
     /// Whether an answer is this error, or one with this code.
-    pub(super) fn has_error(&self, code: &str) -> bool {
+    #[must_use]
+    pub fn has_error(&self, code: &str) -> bool {
         self.errors.iter().any(|known| is_error(known.as_bytes(), code.as_bytes()))
     }
 
     /// The mnemonics, for people.
-    pub(super) fn commands_in_words(&self) -> String {
+    #[must_use]
+    pub fn commands_in_words(&self) -> String {
         in_words(&self.commands)
     }
 
     /// The errors, for people.
-    pub(super) fn errors_in_words(&self) -> String {
+    #[must_use]
+    pub fn errors_in_words(&self) -> String {
         in_words(&self.errors)
     }
 
     /// The ports, for people.
-    pub(super) fn ports_in_words(&self) -> String {
+    #[must_use]
+    pub fn ports_in_words(&self) -> String {
         let ports: Vec<String> = self.ports.iter().map(u16::to_string).collect();
         if ports.is_empty() { "none".to_owned() } else { in_words(&ports) }
     }

@@ -6,7 +6,8 @@ use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLin
 
 use super::*;
 use crate::{
-    AXES, Activity, CommandNumber, ScenarioNumber, Situation, Stamp, StopCause, Strike, Time, Way,
+    AXES, Activity, Chance, CommandNumber, Condition, Damage, LineFault, ScenarioNumber, Situation,
+    Stamp, StopCause, Strike, Time, Way, When,
 };
 
 #[test]
@@ -223,8 +224,11 @@ fn faults() -> impl Strategy<Value = (u32, FaultNews)> {
         let way = Way::ToHost;
         FaultNews::Strikes(Strike::Line { way, sent, arrives, late })
     };
+    let far = Condition::AxisAbove { axis: 0, position: 5 };
+    let when = When { chance: Chance::percent(5), ..When::ALWAYS.after(far) };
+    let fault = LineFault::new(Damage::Drop, Way::Both, when);
     let news = prop_oneof![
-        Just(FaultNews::Begins(Box::new("drop both 5% after axis0 > 5".parse().unwrap()))),
+        Just(FaultNews::Begins(Box::new(fault.into()))),
         Just(FaultNews::Armed),
         (bytes(), bytes(), any::<u64>()).prop_map(strike),
         Just(FaultNews::Ends),

@@ -159,7 +159,8 @@ impl BadByte {
         }
     }
 
-    pub(super) const ALL: [(BadByte, &'static str); 4] = [
+    /// All of them, each with its word.
+    pub const ALL: [(BadByte, &'static str); 4] = [
         (BadByte::AsIs, "as-is"),
         (BadByte::Dropped, "dropped"),
         (BadByte::Zero, "zero"),

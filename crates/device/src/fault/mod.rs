@@ -6,32 +6,12 @@
 //!
 //! [`Line`](crate::Line) handles faults of the line. It also keeps the times of all others: a
 //! device is given a fault at the instant from which it may strike, and is told when it ends.
-//!
-//! # The text of a fault
-//!
-//! ```text
-//! fault  = KIND … [WAY] [NUMBER "bytes"] { when }
-//! KIND   = "drop" | "garble" ["flip" MASK | "into" BYTE] | "duplicate" | "delay" TIME | "insert" BYTES
-//!        | "split" TIME | "merge" TIME | ("parity" | "framing") ["as-is" | "dropped" | "zero" | "marked"]
-//!        | "cut" | "break" TIME | "speed" BAUD
-//!        | "switch" AXIS ("-" | "+") ("pressed" | "released" | "missing" | "late" STEPS)
-//!        | "switch" AXIS "swapped" | "backlash" AXIS STEPS | "load" AXIS HZ_PER_MS | "jam" AXIS
-//!        | "push" AXIS STEPS | "hold" SIGNAL [VALUE] | "bounce" SIGNAL TIMES TIME | "power-off"
-//! WAY    = "to-host" | "to-controller" | "both"
-//! when   = "once" | "always" | NUMBER "times" | "every" NTH | NTH "byte" | NUMBER "%" | "for" TIME
-//!        | "seed" NUMBER | "after" [NTH] CONDITION { "then" [NTH] CONDITION } | "while" CONDITION
-//! change = [NUMBER] fault | "end" NUMBER | "end" "all"
-//! ```
-//!
-//! `after` comes last, because a condition has words of its own, and `while` follows it.
 
 mod line;
 mod machine;
-mod mishap;
 mod strike;
 mod text;
 mod when;
-mod words;
 
 use std::fmt;
 
@@ -40,27 +20,20 @@ use serde::{Deserialize, Serialize};
 pub use line::{BadByte, Damage, Garbling, LineFault, Way};
 pub use machine::{MachineFault, MachineStrike, Mishap, SwitchSays};
 pub use strike::Strike;
-pub(crate) use text::kinds;
 pub use when::{Awaited, Chance, When};
-pub use words::FaultError;
 
 /// Something that goes wrong.
 ///
 /// It has a text form, which people type: `drop to-host once`, `garble to-controller 2 bytes after
-/// command @A`, `cut both for 200ms`. [`Names`](crate::Names) reads and writes it with the names that a
-/// device has for its axes and signals.
+/// command @A`, `cut both for 200ms`. [`Names`](crate::Names) writes it with the names that a
+/// device has for its axes and signals, and `vimc4-language` reads it.
 ///
 /// ```
 /// use vimc4_device::{Damage, Fault, LineFault, Way, When};
 ///
-/// let fault: Fault = "drop to-host 3 times every 10th".parse()?;
 /// let when = When { first: 10, every: 10, ..When::times(3) };
-/// assert_eq!(fault, LineFault::new(Damage::Drop, Way::ToHost, when).into());
+/// let fault = Fault::from(LineFault::new(Damage::Drop, Way::ToHost, when));
 /// assert_eq!(fault.to_string(), "drop to-host 3 times every 10th");
-///
-/// let wrong = "drop to-hots".parse::<Fault>().unwrap_err();
-/// assert!(wrong.to_string().starts_with("`drop to-hots` is wrong at `to-hots`: to-host"));
-/// # Ok::<(), vimc4_device::FaultError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

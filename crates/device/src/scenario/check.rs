@@ -39,11 +39,11 @@ impl Scenario {
     /// Whether nothing in it can never come. `others` are the names of the rules that are there besides.
     ///
     /// ```
-    /// use std::time::Duration;
-    /// use vimc4_device::{Deed, Names, Rule, Scenario};
+    /// use vimc4_device::{Awaits, Cue, Deed, Rule, Scenario, Trigger};
     ///
-    /// let names = Names::new([], Vec::new());
-    /// let scenario = Scenario::from(names.read_rule("when rule slips: power off").unwrap());
+    /// let slips = Cue { awaits: Awaits::Rule("slips".to_owned()), times: 1 };
+    /// let rule = Rule::new(Trigger::When(vec![slips])).act(Deed::Power(false));
+    /// let scenario = Scenario::from(rule);
     /// assert_eq!(scenario.check([]).unwrap_err().to_string(), "there is no rule `slips`");
     /// assert_eq!(scenario.check(["slips"]), Ok(()));
     /// ```

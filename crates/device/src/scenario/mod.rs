@@ -7,19 +7,6 @@
 //!
 //! What a deed changes is *held*: it is set back when its time is over, and at the latest when its
 //! scenario ends. What somebody else has changed meanwhile stays as it is.
-//!
-//! # The text of a rule
-//!
-//! ```text
-//! rule    = ["rule" [NAME] ["once" | NUMBER "times"]] trigger ":" act { ";" act }
-//! trigger = "at" TIME ["every" TIME] | "every" TIME | "when" cue { "then" cue } | "while" CONDITION
-//! cue     = [NTH] CONDITION | [NTH] "rule" NAME | TIME
-//! act     = deed ["for" TIME | "until" CONDITION]
-//! ruling  = rule | "end" NUMBER | "end" "all"
-//! ```
-//!
-//! A deed is an order such as `press stop`, `input 0.3 1`, `power off` or `fault jam x`. Conditions are
-//! those of breakpoints; the beginning of a command alone, as in `when @0A`, says that it is that command.
 
 mod check;
 mod text;
@@ -30,8 +17,6 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 pub use check::ScenarioError;
-pub use text::{RuleError, RulePart};
-pub(crate) use text::{RuleTexts, help_on_rules, read_rule, read_ruling};
 
 use crate::{Condition, Deed, FaultNumber};
 

@@ -236,7 +236,8 @@ fn what_would_have_come_by_itself_is_given_up_when_it_cannot_come_any_more() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
     let rest = running.handle.state().wait().unwrap();
     port.write_all(b"w3600000\re1\r").unwrap();
-    let comes = running.handle.run_until("command e1".parse().unwrap());
+    let like = Some("e1".to_owned());
+    let comes = running.handle.run_until(Condition::Command { like });
     running.handle.cancel_all_unless_by_itself();
     running.handle.restore(rest).wait().unwrap();
     assert_eq!(comes.wait_within(LIMIT), Err(ControlError::Never));

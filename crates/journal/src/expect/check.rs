@@ -3,7 +3,8 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Condition, ConditionError, Names};
+use vimc4_device::{AXES, Condition, Names, parted};
+use vimc4_language::{SyntaxError, known_command, known_error};
 
 use super::{Clause, Expectation, Pattern, Reply, Rule, Then};
 use crate::Picture;
@@ -30,10 +31,16 @@ impl Mistake {
         ))
     }
 
-    /// What would be right, for people, where the text ends with just that; otherwise empty.
+    /// The problem and the remedy, as two sentences. The remedy is empty if the text has none.
     #[must_use]
-    pub fn right(&self) -> &str {
-        &self.right
+    pub fn problem_and_remedy(&self) -> (String, String) {
+        let text = self.to_string();
+        let problem = text.strip_suffix(&self.right).and_then(|before| before.strip_suffix(": "));
+        let (problem, remedy) = match problem {
+            Some(problem) if parted(&self.right).is_none() => (problem, self.right.as_str()),
+            _ => parted(&text).unwrap_or((&text, "")),
+        };
+        (problem.to_owned(), remedy.to_owned())
     }
 }
 
@@ -45,9 +52,9 @@ impl fmt::Display for Mistake {
 
 impl std::error::Error for Mistake {}
 
-impl From<ConditionError> for Mistake {
-    fn from(error: ConditionError) -> Mistake {
-        Mistake { why: error.to_string(), right: error.right().to_owned() }
+impl From<SyntaxError> for Mistake {
+    fn from(error: SyntaxError) -> Mistake {
+        Mistake { why: error.to_string(), right: error.message() }
     }
 }
 
@@ -112,9 +119,9 @@ fn pattern(pattern: &Pattern, names: &Names, picture: &Picture) -> Checked {
     match pattern {
         Pattern::When(condition) => seen(condition, names, picture),
         Pattern::Command { like, reply, .. } => {
-            names.command(like)?;
+            known_command(like, names)?;
             if let Some(Reply::Error(code)) = reply {
-                names.error(code.as_deref())?;
+                known_error(code.as_deref(), names)?;
             }
             Ok(())
         }
@@ -168,8 +175,8 @@ pub(super) fn condition(condition: &Condition, names: &Names) -> Checked {
                 )),
             }
         }
-        Condition::Command { like: Some(like) } => Ok(names.command(like).map(drop)?),
-        Condition::Error { code } => Ok(names.error(code.as_deref()).map(drop)?),
+        Condition::Command { like: Some(like) } => Ok(known_command(like, names).map(drop)?),
+        Condition::Error { code } => Ok(known_error(code.as_deref(), names).map(drop)?),
         Condition::Any(parts) if parts.is_empty() => wrong("`never` is never so".to_owned()),
         Condition::Any(parts) => parts.iter().try_for_each(|part| self::condition(part, names)),
         Condition::All(parts) => {

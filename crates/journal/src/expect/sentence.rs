@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use vimc4_device::{Condition, Names};
+use vimc4_language::{known_command, known_error, read_condition};
 
 use super::check::{self, Mistake};
 use super::failure::Unmet;
@@ -165,7 +166,7 @@ impl<C> Draft<C> {
 
     fn condition(&mut self, when: impl Into<ConditionLike>) -> Condition {
         let condition = match when.into() {
-            ConditionLike::Text(text) => self.names.read(&text).map_err(Mistake::from),
+            ConditionLike::Text(text) => read_condition(&text, &self.names).map_err(Mistake::from),
             ConditionLike::Value(condition) => Ok(condition),
         };
         let checked = condition.and_then(|condition| {
@@ -179,7 +180,7 @@ impl<C> Draft<C> {
     }
 
     fn command(&mut self, like: &str) -> String {
-        match self.names.command(like) {
+        match known_command(like, &self.names) {
             Ok(Condition::Command { like: Some(known) }) => known,
             Ok(_) => like.to_owned(),
             Err(error) => {
@@ -265,7 +266,7 @@ impl<C> CommandClause<C> {
 
     /// It is answered with this error: `2`, `E09`, or the number in it.
     pub fn refused_with(mut self, code: &str) -> CommandClause<C> {
-        if let Err(error) = self.draft.names.error(Some(code)) {
+        if let Err(error) = known_error(Some(code), &self.draft.names) {
             self.draft.wrong(error.into());
         }
         CommandClause { reply: Some(Reply::Error(Some(code.to_owned()))), ..self }

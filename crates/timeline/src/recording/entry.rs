@@ -6,6 +6,7 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use vimc4_device::{Names, OwnedInput, Time};
+use vimc4_language::{read_faulting, read_ruling};
 
 use super::text;
 
@@ -175,11 +176,11 @@ impl Given {
                 OwnedInput::Signal(signal.ok_or_else(|| format!("signal {name}"))?.id, *value)
             }
             Given::Fault(words) => {
-                let faulting = names().read_faulting(words);
+                let faulting = read_faulting(words, &names());
                 OwnedInput::Fault(faulting.map_err(|_| format!("fault {words}"))?)
             }
             Given::Rule(words) => {
-                let ruling = names().read_ruling(words);
+                let ruling = read_ruling(words, &names());
                 OwnedInput::Rule(ruling.map_err(|_| format!("rule {words}"))?)
             }
         })

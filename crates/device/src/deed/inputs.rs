@@ -5,7 +5,7 @@ use std::fmt;
 
 use bytes::Bytes;
 
-use super::deed::Deed;
+use super::Deed;
 use crate::{OwnedInput, Signal, SignalKind};
 
 impl Deed {

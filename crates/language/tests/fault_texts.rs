@@ -1,9 +1,16 @@
+//! Faults as people type them.
+
+#![expect(clippy::unwrap_used, reason = "tests end at what they do not expect")]
+
 use proptest::prelude::*;
 
 use std::time::Duration;
 
-use super::*;
-use crate::{MachineFault, Mishap, Signal, SignalId, SwitchSays, Time};
+use vimc4_device::{
+    Awaited, BadByte, Chance, Condition, Damage, Fault, FaultNumber, Faulting, Garbling, LineFault,
+    MachineFault, Mishap, Names, Signal, SignalId, SwitchSays, Time, Way, When,
+};
+use vimc4_language::{read_condition, read_fault, read_faulting};
 
 fn names() -> Names {
     let stop = Signal::button(SignalId(3), "stop", "");
@@ -22,7 +29,7 @@ fn machine(mishap: Mishap) -> Fault {
 #[test]
 fn every_kind_is_understood() {
     let ms = Duration::from_millis;
-    let after = |text: &str| When::once().after(names().read(text).unwrap());
+    let after = |text: &str| When::once().after(read_condition(text, &names()).unwrap());
     for (text, fault) in [
         ("drop to-host", line(Damage::Drop, Way::ToHost, When::once())),
         ("drop to-host once", line(Damage::Drop, Way::ToHost, When::once())),
@@ -82,8 +89,14 @@ fn every_kind_is_understood() {
                 Way::ToHost,
                 When {
                     after: vec![
-                        Awaited { condition: names().read("command @0A").unwrap(), times: 1 },
-                        Awaited { condition: names().read("answered").unwrap(), times: 2 },
+                        Awaited {
+                            condition: read_condition("command @0A", &names()).unwrap(),
+                            times: 1,
+                        },
+                        Awaited {
+                            condition: read_condition("answered", &names()).unwrap(),
+                            times: 2,
+                        },
                     ],
                     ..When::once()
                 },
@@ -91,7 +104,11 @@ fn every_kind_is_understood() {
         ),
         (
             "cut while x > 5",
-            line(Damage::Cut, Way::Both, When::ALWAYS.during(names().read("x > 5").unwrap())),
+            line(
+                Damage::Cut,
+                Way::Both,
+                When::ALWAYS.during(read_condition("x > 5", &names()).unwrap()),
+            ),
         ),
         (
             "switch x- closed",
@@ -110,7 +127,8 @@ fn every_kind_is_understood() {
         (
             "hold stop 0 after x > 5 while z < 0",
             MachineFault {
-                when: When { times: None, ..after("x > 5") }.during(names().read("z < 0").unwrap()),
+                when: When { times: None, ..after("x > 5") }
+                    .during(read_condition("z < 0", &names()).unwrap()),
                 ..MachineFault::new(Mishap::Hold { signal: SignalId(3), value: 0 })
             }
             .into(),
@@ -121,11 +139,13 @@ fn every_kind_is_understood() {
         ),
         ("power-off", machine(Mishap::Power)),
     ] {
-        assert_eq!(names().read_fault(text), Ok(fault), "{text}");
+        assert_eq!(read_fault(text, &names()), Ok(fault), "{text}");
     }
-    for (kind, _) in kinds() {
-        let error = names().read_fault(kind).err();
-        assert!(error.is_none_or(|error| !error.right().contains("a kind of fault")), "{kind}");
+    let wrong = read_fault("?", &names()).unwrap_err();
+    let (_, kinds) = wrong.expected.split_once(": ").unwrap();
+    for kind in kinds.split(", ") {
+        let error = read_fault(kind, &names()).err();
+        assert!(error.is_none_or(|error| !error.message().contains("a kind of fault")), "{kind}");
     }
 }
 
@@ -191,12 +211,12 @@ fn a_wrong_fault_says_where_and_what_would_be_right() {
         ("bounce stop 5 0ms", "5 0ms", "a time apart"),
         ("jam x once", "once", "until it ends"),
     ] {
-        let error = names().read_fault(text).unwrap_err();
-        assert!(error.right().contains(right), "{text}: {error}");
-        assert_eq!(error.rest(), rest, "{text}: {error}");
+        let error = read_fault(text, &names()).unwrap_err();
+        assert!(error.message().contains(right), "{text}: {error}");
+        assert_eq!(&text[error.span.start..], rest, "{text}: {error}");
     }
-    assert!(names().read_faulting("end").unwrap_err().right().contains("or all"));
-    assert!(names().read_faulting("end all 3").is_err());
+    assert!(read_faulting("end", &names()).unwrap_err().message().contains("or all"));
+    assert!(read_faulting("end all 3", &names()).is_err());
 }
 
 #[test]
@@ -208,7 +228,7 @@ fn what_is_done_about_faults_is_read_and_written() {
         ("end 3", Faulting::End(FaultNumber(3))),
         ("end all", Faulting::EndAll),
     ] {
-        assert_eq!(text.parse(), Ok(faulting.clone()), "{text}");
+        assert_eq!(read_faulting(text, Names::numbered()), Ok(faulting.clone()), "{text}");
         assert_eq!(faulting.to_string(), text);
     }
 }
@@ -325,12 +345,12 @@ proptest! {
         ],
         number in any::<u32>(),
     ) {
-        for names in [&names(), without_names()] {
+        for names in [&names(), Names::numbered()] {
             let text = names.write_fault(&fault);
-            prop_assert_eq!(names.read_fault(&text), Ok(fault.clone()), "{}", text);
+            prop_assert_eq!(read_fault(&text, &names), Ok(fault.clone()), "{}", text);
             let faulting = Faulting::Begin(FaultNumber(number), fault.clone());
             let text = names.write_faulting(&faulting);
-            prop_assert_eq!(names.read_faulting(&text), Ok(faulting), "{}", text);
+            prop_assert_eq!(read_faulting(&text, &names), Ok(faulting), "{}", text);
         }
         let written = serde_json::to_string(&fault).unwrap();
         prop_assert_eq!(serde_json::from_str::<Fault>(&written).unwrap(), fault);
@@ -338,9 +358,9 @@ proptest! {
 
     #[test]
     fn no_text_is_too_strange(text in "(drop|garble|insert|switch|x-|jam|hold|stop|after|then|while|to-host|2nd|every|5%|\"|\\\\x|for|x > 5| |.){0,12}") {
-        if let Ok(fault) = names().read_fault(&text) {
+        if let Ok(fault) = read_fault(&text, &names()) {
             let written = names().write_fault(&fault);
-            prop_assert_eq!(names().read_fault(&written), Ok(fault), "{}", written);
+            prop_assert_eq!(read_fault(&written, &names()), Ok(fault), "{}", written);
         }
     }
 }

@@ -1,6 +1,13 @@
-//! The table.
+//! The verbs of orders, each with its words and what it does: one table.
+//!
+//! From it come the orders that people type while a controller runs, their help and their completion,
+//! what a schedule or a script does at the panel, and the names of the methods that do the same.
 
 use std::fmt;
+
+use vimc4_device::{Names, Signal};
+
+use crate::Lexer;
 
 /// What people can tell a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,8 +89,8 @@ pub struct Form {
 }
 
 /// A row of the table.
-pub(super) struct Row {
-    pub(super) verb: Verb,
+pub(crate) struct Row {
+    pub(crate) verb: Verb,
     sort: Sort,
     /// What is typed first.
     name: &'static str,
@@ -101,7 +108,7 @@ const fn typed(arguments: &'static str, about: &'static str) -> Form {
 }
 
 /// In the order of the help.
-pub(super) const TABLE: [Row; 25] = [
+pub(crate) const TABLE: [Row; 25] = [
     Row {
         verb: Verb::Press,
         sort: Sort::Deed,
@@ -338,17 +345,39 @@ impl Verb {
         }
     }
 
-    /// The verb that words begin with, and how many of them are its name. Those that have no name
-    /// of their own are not found.
-    pub(super) fn of(words: &[&str]) -> Option<(Verb, usize)> {
+    /// Reads the verb that is next. Those that have no name of their own are not found.
+    pub(crate) fn read(lexer: &mut Lexer<'_>) -> Option<Verb> {
         TABLE.iter().filter(|row| row.verb.is_named()).find_map(|row| {
-            let name: Vec<_> = row.name.split(' ').collect();
-            words.starts_with(&name).then_some((row.verb, name.len()))
+            let mut rest = *lexer;
+            row.name.split(' ').all(|word| rest.chunk() == Some(word)).then(|| {
+                *lexer = rest;
+                row.verb
+            })
         })
     }
 
+    /// Whether a device with these names has what the verb is about: no erasing where the panel cannot
+    /// erase, no switches where there are none.
+    #[must_use]
+    pub fn is_of(self, names: &Names) -> bool {
+        let any = |fits: fn(&Signal) -> bool| names.signals().iter().any(fits);
+        match self {
+            Verb::Press | Verb::Hold | Verb::Release => any(Signal::can_be_pressed),
+            Verb::Turn => any(|signal| signal.positions.is_some()),
+            Verb::Input => any(|signal| !signal.bits.is_empty()),
+            Verb::Set | Verb::Signals => !names.signals().is_empty(),
+            Verb::Erase => names.can_erase(),
+            _ => true,
+        }
+    }
+
+    /// Whether it begins or ends rules.
+    pub(crate) fn is_of_rules(self) -> bool {
+        matches!(self, Verb::When | Verb::While | Verb::At | Verb::Every | Verb::Rule)
+    }
+
     /// Whether it has a name of its own.
-    pub(super) fn is_named(self) -> bool {
+    pub(crate) fn is_named(self) -> bool {
         !matches!(self, Verb::Turn | Verb::Complete)
     }
 }
@@ -363,7 +392,7 @@ impl fmt::Display for Verb {
 const COLUMN: usize = 22;
 
 /// An order and what it is about, as a line.
-pub(super) fn row(order: &str, about: &str) -> String {
+pub(crate) fn row(order: &str, about: &str) -> String {
     // Even a long order is separated by blanks from its description.
     let gap = if order.trim_end().len() < COLUMN { "" } else { "  " };
     format!("{order:<COLUMN$}{gap}{about}").trim_end().to_owned()

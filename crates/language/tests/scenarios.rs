@@ -2,8 +2,11 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests end at what they do not expect")]
 
+#[path = "../../device/tests/cart/mod.rs"]
 mod cart;
+#[path = "../../device/tests/pieces/mod.rs"]
 mod pieces;
+#[path = "../../device/tests/ways/mod.rs"]
 mod ways;
 
 use std::time::Duration;
@@ -14,6 +17,7 @@ use vimc4_device::{
     MOST_RULES, Names, Output, Rule, RuleNews, RuleStage, Ruling, Scenario, ScenarioNumber, Time,
     Trigger,
 };
+use vimc4_language::{read_faulting, read_rule, read_rule_of, read_ruling};
 
 use cart::Cart;
 use ways::Ways;
@@ -31,7 +35,7 @@ fn cart(rules: &[&str]) -> Harness<Line<Cart>> {
 
 /// Begins or ends rules, as a person orders it.
 fn order(cart: &mut Harness<Line<Cart>>, words: &str) {
-    let ruling = Names::of(cart.device()).read_ruling(words);
+    let ruling = read_ruling(words, &Names::of(cart.device()));
     let ruling = ruling.unwrap_or_else(|error| panic!("{error}"));
     cart.input(Input::Rule(&ruling));
 }
@@ -180,15 +184,15 @@ fn a_device_becomes_idle_once_however_many_bytes_come() {
 #[test]
 fn orders_are_told_apart_with_and_without_blanks() {
     let names = Names::of(cart(&[]).device());
-    let rule = names.read_rule("at 1ms: press stop;release stop ;hold stop").unwrap();
+    let rule = read_rule("at 1ms: press stop;release stop ;hold stop", &names).unwrap();
     assert_eq!(rule.to_string(), "at 1ms: press stop; release stop; hold stop");
     for (wrong, place, right) in [
         ("at 1ms: press stop;;press stop", "", "what is done"),
         ("at 1ms: hold stop for 1s until idle", "until idle", "one of the two"),
     ] {
-        let error = names.read_rule(wrong).unwrap_err();
-        assert!(error.right().contains(right), "{error}");
-        assert!(place.is_empty() || &wrong[error.at()..] == place, "{error}");
+        let error = read_rule(wrong, &names).unwrap_err();
+        assert!(error.message().contains(right), "{error}");
+        assert!(place.is_empty() || &wrong[error.span.start..] == place, "{error}");
     }
 }
 
@@ -288,11 +292,11 @@ fn a_wrong_rule_says_where_and_what_would_be_right() {
         ("at 2s: fault drop to-hots", 18, "to-host, to-controller or both"),
         ("", 0, "a rule begins with"),
     ] {
-        match names.read_ruling(text) {
+        match read_ruling(text, &names) {
             Ok(ruling) => assert_eq!(right, "", "{text}: {ruling:?}"),
             Err(error) => {
-                assert!(error.right().contains(right) && !right.is_empty(), "{text}: {error}");
-                assert_eq!(error.at(), at, "{text}: {error}");
+                assert!(error.message().contains(right) && !right.is_empty(), "{text}: {error}");
+                assert_eq!(error.span.start, at, "{text}: {error}");
             }
         }
     }
@@ -385,7 +389,7 @@ fn all_acts() -> impl Strategy<Value = Act> {
     let until =
         prop_oneof![Just(None), conditions().prop_map(|condition| Some(Lasts::Until(condition))),];
     let faults = (faults, until).prop_map(|(words, lasts)| Act {
-        deed: Deed::Fault(Box::new(names().read_faulting(words).unwrap())),
+        deed: Deed::Fault(Box::new(read_faulting(words, &names()).unwrap())),
         lasts,
     });
     prop_oneof![
@@ -461,7 +465,7 @@ proptest! {
     #[test]
     fn what_is_written_is_read_again(ruling in rulings()) {
         let text = names().write_ruling(&ruling);
-        prop_assert_eq!(names().read_ruling(&text), Ok(ruling.clone()), "{}", text);
+        prop_assert_eq!(read_ruling(&text, &names()), Ok(ruling.clone()), "{}", text);
         let json = serde_json::to_string(&ruling).unwrap();
         prop_assert_eq!(serde_json::from_str::<Ruling>(&json).unwrap(), ruling);
     }
@@ -471,15 +475,15 @@ proptest! {
     fn parts_say_what_orders_say(rule in all_rules()) {
         let trigger = names().write_trigger(&rule.trigger);
         let acts = names().write_acts(&rule.acts);
-        let read = names().read_rule_of(rule.name.as_deref(), rule.times, &trigger, &acts);
+        let read = read_rule_of(rule.name.as_deref(), rule.times, &trigger, &acts, &names());
         prop_assert_eq!(read, Ok(rule));
     }
 
     /// Nothing that anybody types is worse than an error.
     #[test]
     fn any_text_is_a_rule_or_an_error(text in "(at|every|when|while|rule)[ -~]{0,40}") {
-        if let Err(error) = names().read_ruling(&text) {
-            prop_assert!(error.at() <= text.len() && !error.right().is_empty(), "{}", error);
+        if let Err(error) = read_ruling(&text, &names()) {
+            prop_assert!(error.span.start <= text.len() && !error.expected.is_empty(), "{}", error);
         }
     }
 

@@ -1,10 +1,16 @@
 //! What is done to a device from outside, besides commands.
 
+mod inputs;
+mod words;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::Faulting;
+
+pub use inputs::{DeedError, is_like, settable};
+pub use words::{faults_in_words, position_in_words, rules_in_words};
 
 /// Something that is done to a device and is not a command: a byte that acts at once, the panel,
 /// the power. It is enough to repeat the act.

@@ -1,7 +1,9 @@
 //! Conditions: what they mean, and how they are written.
 
 #![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::unwrap_used, reason = "tests end at what they do not expect")]
 
+#[path = "../../device/tests/cart/mod.rs"]
 mod cart;
 
 use cart::Cart;
@@ -10,6 +12,12 @@ use vimc4_device::{
     AXES, Condition, Event, Harness, Input, Kinds, Names, Output, Signal, SignalId, Time,
     Vocabulary,
 };
+use vimc4_language::read_condition;
+
+/// A condition in which axes and signals are numbers.
+fn numbered(text: &str) -> Condition {
+    read_condition(text, Names::numbered()).unwrap()
+}
 
 fn ms(millis: u64) -> Time {
     Time::from_millis(millis)
@@ -67,7 +75,7 @@ fn happenings_are_seen_in_the_moment_in_which_they_happen() {
         ("m99\r", "line", None, "stopped30"),
     ] {
         let expected = (at.map(ms), said.as_bytes().to_vec());
-        let read = Names::of(&Cart::default()).read(condition).unwrap();
+        let read = read_condition(condition, &Names::of(&Cart::default())).unwrap();
         assert_eq!(run(lines, &read), expected, "{condition}");
     }
 }
@@ -92,11 +100,11 @@ fn states_hold_together_at_the_first_instant_of_all() {
         ("outside x 0..7", Some(8)),
         ("outside x -9..", None),
     ] {
-        let read = Names::of(&Cart::default()).read(condition).unwrap();
+        let read = read_condition(condition, &Names::of(&Cart::default())).unwrap();
         assert_eq!(run("m40\r", &read).0, at.map(ms), "{condition}");
     }
     // It looks between the steps, too.
-    let between = "axis0 = 5 and at 5.5ms or axis0 = 8 and at 8.25ms".parse().unwrap();
+    let between = numbered("axis0 = 5 and at 5.5ms or axis0 = 8 and at 8.25ms");
     assert_eq!(run("m40\r", &between).0, Some(Time::from_nanos(5_500_000)));
 }
 
@@ -104,8 +112,8 @@ fn states_hold_together_at_the_first_instant_of_all() {
 fn what_is_needed_is_watched_only_meanwhile() {
     let mut cart = Harness::new(Cart::default()).watching(Kinds::WARNING);
     cart.plan(Time::ZERO, Input::Bytes(b"m3\rx\rm3\r"));
-    assert_eq!(cart.run_until(&"command m3".parse().unwrap()), Some(Time::ZERO));
-    assert_eq!(cart.run_until(&"command m3".parse().unwrap()), Some(ms(3)));
+    assert_eq!(cart.run_until(&numbered("command m3")), Some(Time::ZERO));
+    assert_eq!(cart.run_until(&numbered("command m3")), Some(ms(3)));
     cart.run_to_rest().unwrap();
     let events: Vec<_> = cart
         .drain()
@@ -118,7 +126,7 @@ fn what_is_needed_is_watched_only_meanwhile() {
     // What was watched before still is.
     let mut cart = Harness::new(Cart::default()).watching(Kinds::COMMAND);
     cart.plan(Time::ZERO, Input::Bytes(b"m3\rp\r"));
-    assert_eq!(cart.run_until(&"answer 3".parse().unwrap()), Some(ms(3)));
+    assert_eq!(cart.run_until(&numbered("answer 3")), Some(ms(3)));
     let commands = |cart: &Harness<Cart>| {
         let is = |output: &&Output| matches!(output, Output::Event(_, Event::Command { .. }));
         (cart.outputs().iter().filter(is).count(), cart.outputs().len())
@@ -214,7 +222,7 @@ fn conditions_read_as_people_type_them() {
             "idle and (x = 1 and port 2 bit 0 on)",
         ),
     ] {
-        let read = names().read(typed).unwrap_or_else(|error| panic!("{error}"));
+        let read = read_condition(typed, &names()).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(read, condition, "{typed}");
         assert_eq!(names().write(&read).to_string(), written, "{typed}");
     }
@@ -246,7 +254,7 @@ fn what_cannot_happen_at_a_device_is_no_condition_there() {
         "port 65531 bit 0 on",
         "line 7",
     ] {
-        assert!(names.read(right).is_ok(), "{right}");
+        assert!(read_condition(right, &names).is_ok(), "{right}");
     }
     for (typed, wrong) in [
         ("command @Z", "is wrong at `@Z`: what a command begins with: @A, @P, !IS/1"),
@@ -256,19 +264,19 @@ fn what_cannot_happen_at_a_device_is_no_condition_there() {
         ("x = 1 or answer error 3", "is wrong at `3`: an error of this model"),
         ("port 99 bit 0 on", "is wrong at `99 bit 0 on`: a port to read: 0, 65531"),
     ] {
-        let error = names.read(typed).unwrap_err().to_string();
+        let error = read_condition(typed, &names).unwrap_err().to_string();
         assert!(error.contains(wrong), "{typed}: {error}");
     }
     let none = Vocabulary { ports: Vec::new(), stores: false, ..known };
     let names = names.with_vocabulary(Some(none));
-    let error = names.read("port 0 bit 0 on").unwrap_err().to_string();
+    let error = read_condition("port 0 bit 0 on", &names).unwrap_err().to_string();
     assert!(error.contains("a port to read: none"), "{error}");
-    let error = names.read("line 7").unwrap_err().to_string();
+    let error = read_condition("line 7", &names).unwrap_err().to_string();
     assert!(error.contains("this model stores no programs"), "{error}");
     // What is written is read again.
     let strange = Condition::Command { like: Some("@Z".to_owned()) };
     assert_eq!(names.write(&strange).to_string(), "command \"@Z\"");
-    assert_eq!(names.read("command \"@Z\""), Ok(strange));
+    assert_eq!(read_condition("command \"@Z\"", &names), Ok(strange));
 }
 
 #[test]
@@ -314,7 +322,7 @@ fn a_wrong_condition_says_what_would_be_right() {
         ("dance\u{1b}[2J", "`dance\\u{1b}[2J` is wrong"),
         (&deep, "fewer brackets within each other"),
     ] {
-        let error = names().read(typed).unwrap_err().to_string();
+        let error = read_condition(typed, &names()).unwrap_err().to_string();
         assert!(error.contains(wrong), "{typed}: {error}");
     }
 }
@@ -375,9 +383,9 @@ proptest! {
     #[test]
     fn what_is_written_is_read_again(condition in conditions()) {
         let named = names().write(&condition).to_string();
-        prop_assert_eq!(names().read(&named), Ok(condition.clone()), "{}", named);
+        prop_assert_eq!(read_condition(&named, &names()), Ok(condition.clone()), "{}", named);
         let numbered = condition.to_string();
-        prop_assert_eq!(numbered.parse(), Ok(condition.clone()), "{}", numbered);
+        prop_assert_eq!(read_condition(&numbered, Names::numbered()), Ok(condition.clone()), "{}", numbered);
         let stored = serde_json::to_string(&condition).unwrap();
         prop_assert_eq!(serde_json::from_str::<Condition>(&stored).unwrap(), condition);
     }
@@ -387,12 +395,12 @@ proptest! {
         any::<String>(),
         "((idle|x|<|=|-5|and|or|\\(|\\)|command|answer|error|\"|at|1s|signal|stop|is|to|1)[ ]?){0,12}",
     ]) {
-        match names().read(&typed) {
+        match read_condition(&typed, &names()) {
             Ok(condition) => {
                 let written = names().write(&condition).to_string();
-                prop_assert_eq!(names().read(&written), Ok(condition), "{} as {}", typed, written);
+                prop_assert_eq!(read_condition(&written, &names()), Ok(condition), "{} as {}", typed, written);
             }
-            Err(error) => prop_assert!(!error.right().is_empty(), "{}: {}", typed, error),
+            Err(error) => prop_assert!(!error.expected.is_empty(), "{}: {}", typed, error),
         }
     }
 }

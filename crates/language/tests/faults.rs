@@ -2,8 +2,11 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests end at what they do not expect")]
 
+#[path = "../../device/tests/cart/mod.rs"]
 mod cart;
+#[path = "../../device/tests/pieces/mod.rs"]
 mod pieces;
+#[path = "../../device/tests/ways/mod.rs"]
 mod ways;
 
 use std::time::Duration;
@@ -13,6 +16,7 @@ use vimc4_device::{
     Device, Event, FaultStage, Faulting, Harness, Input, Kinds, Line, MOST_FAULTS, Names, Output,
     Time,
 };
+use vimc4_language::read_faulting;
 
 use cart::Cart;
 use ways::Ways;
@@ -34,7 +38,7 @@ fn with(line: Line<Cart>, faults: &[&str]) -> Harness<Line<Cart>> {
 
 /// Begins or ends faults, as a person orders it.
 fn order(cart: &mut Harness<Line<Cart>>, words: &str) {
-    let faulting = Names::of(cart.device()).read_faulting(words);
+    let faulting = read_faulting(words, &Names::of(cart.device()));
     let faulting = faulting.unwrap_or_else(|error| panic!("{error}"));
     cart.input(Input::Fault(&faulting));
 }
@@ -279,7 +283,7 @@ impl Happening {
             Happening::Stop(value) => Input::Signal(Cart::STOP, *value).into(),
             Happening::Power(on) => Input::Power(*on).into(),
             Happening::Fault(words) => {
-                let faulting = names.read_faulting(words);
+                let faulting = read_faulting(words, names);
                 let faulting = faulting.unwrap_or_else(|error| panic!("{error}"));
                 Input::Fault(&faulting).into()
             }
