@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use serde_json::Value;
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Device, Kinds, Line, Names, Time, TimedInput};
-use vimc4_session::BreakpointId;
 use vimc4_language::{known_error, read_condition};
+use vimc4_session::BreakpointId;
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, Options, Trigger};

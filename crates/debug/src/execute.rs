@@ -8,8 +8,8 @@ use vimc4_device::{
     CommandNumber, Deed, Device, Faulting, Input, NotADuration, OwnedInput, Ruling, Time, escape,
     faults_in_words, parse_duration, rules_in_words, unescape,
 };
-use vimc4_session::BreakpointId;
 use vimc4_language::{Order, Sort, Verb, help_on, read_condition};
+use vimc4_session::BreakpointId;
 use vimc4_session::Effect;
 use vimc4_session::order::said;
 use vimc4_timeline::Progress;

@@ -13,6 +13,7 @@
 mod complete;
 mod condition;
 mod damage;
+mod deed;
 mod error;
 mod fault;
 mod help;

@@ -18,7 +18,7 @@ use vimc4_device::{
 };
 
 use crate::lexer::Read;
-use crate::{Lexer, SyntaxError, condition, order, when};
+use crate::{Lexer, SyntaxError, condition, deed, when};
 
 /// Where a rule in parts is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -267,5 +267,5 @@ fn act<'t>(lexer: Lexer<'t>, names: &Names) -> Read<Act> {
     if done.is_at_end() {
         return Err(done.wrong("what is done, as in `press stop`"));
     }
-    Ok(Act { deed: order::deed(done, names)?, lasts })
+    Ok(Act { deed: deed::deed(done, names)?, lasts })
 }

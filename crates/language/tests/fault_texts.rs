@@ -1,7 +1,5 @@
 //! Faults as people type them.
 
-#![expect(clippy::unwrap_used, reason = "tests end at what they do not expect")]
-
 use proptest::prelude::*;
 
 use std::time::Duration;
@@ -347,10 +345,10 @@ proptest! {
     ) {
         for names in [&names(), Names::numbered()] {
             let text = names.write_fault(&fault);
-            prop_assert_eq!(read_fault(&text, &names), Ok(fault.clone()), "{}", text);
+            prop_assert_eq!(read_fault(&text, names), Ok(fault.clone()), "{}", text);
             let faulting = Faulting::Begin(FaultNumber(number), fault.clone());
             let text = names.write_faulting(&faulting);
-            prop_assert_eq!(read_faulting(&text, &names), Ok(faulting), "{}", text);
+            prop_assert_eq!(read_faulting(&text, names), Ok(faulting), "{}", text);
         }
         let written = serde_json::to_string(&fault).unwrap();
         prop_assert_eq!(serde_json::from_str::<Fault>(&written).unwrap(), fault);

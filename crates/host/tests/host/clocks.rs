@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use vimc4_device::{Condition, Line, Time};
 use vimc4_host::{Clock, ControlError, Effect, MemoryPort, Rate, Runner};
 
-use crate::fake::{Fake, Running};
+use crate::fake::{Fake, Running, numbered};
 
 fn ask(port: &mut MemoryPort, line: &str, answer: usize) -> String {
     port.write_all(line.as_bytes()).unwrap();
@@ -76,7 +76,7 @@ fn waiting_for_a_condition_lets_time_run() {
 #[test]
 fn what_happens_is_waited_for_while_time_passes_by_itself() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
-    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    let until = |text: &str| running.handle.run_until(numbered(text));
     let (first, second) = (until("command e1"), until("command e2 and axis0 = 0 or command e3"));
     let (moved, given_up) = (until("command e2 and axis0 > 5"), until("command e9"));
     // They wait before anything is sent.
@@ -97,7 +97,7 @@ fn what_happens_is_waited_for_while_time_passes_by_itself() {
 #[test]
 fn what_happens_is_run_to_where_time_is_moved() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
-    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    let until = |text: &str| running.handle.run_until(numbered(text));
     port.write_all(b"w5\rw7\re7\r").unwrap();
     assert_eq!(until("command w7").wait(), Ok(Time::from_millis(5)));
     assert_eq!(until("command e7").wait(), Ok(Time::from_millis(12)));

@@ -7,12 +7,13 @@ use std::thread::{self, JoinHandle};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity, AxisView, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Output, Signal,
-    SignalId, Time, View, Warning,
+    Activity, AxisView, Condition, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Names,
+    Output, Signal, SignalId, Time, View, Warning,
 };
 use vimc4_host::{
     Clock, Handle, Memory, MemoryPort, Report, RunError, Runner, Sink, Transport, Wants,
 };
+use vimc4_language::read_condition;
 
 const MS: u64 = 1_000_000;
 
@@ -389,4 +390,9 @@ impl Diary {
         }
         panic!("{what} was not reported: {:?}", self.0.lock().unwrap());
     }
+}
+
+/// A condition in which axes and signals are numbers.
+pub(crate) fn numbered(text: &str) -> Condition {
+    read_condition(text, Names::numbered()).unwrap()
 }

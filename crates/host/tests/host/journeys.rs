@@ -6,7 +6,7 @@ use std::time::Duration;
 use vimc4_device::{Condition, OwnedInput, Time};
 use vimc4_host::{Clock, ControlError, Journey, Progress, What, block_on};
 
-use crate::fake::{Diary, Fake, Running};
+use crate::fake::{Diary, Fake, Running, numbered};
 
 /// Much longer than any test: the fake ticks a thousand times a second.
 const FAR: Duration = Duration::from_secs(1_000_000_000);
@@ -205,7 +205,7 @@ fn time_that_moves_by_itself_cannot_be_held_up_but_need_not_be_waited_for() {
 #[test]
 fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
-    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    let until = |text: &str| running.handle.run_until(numbered(text));
     let given_up = |journey: Journey| {
         let end = journey.wait_within(LIMIT);
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
@@ -236,8 +236,7 @@ fn what_would_have_come_by_itself_is_given_up_when_it_cannot_come_any_more() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
     let rest = running.handle.state().wait().unwrap();
     port.write_all(b"w3600000\re1\r").unwrap();
-    let like = Some("e1".to_owned());
-    let comes = running.handle.run_until(Condition::Command { like });
+    let comes = running.handle.run_until(numbered("command e1"));
     running.handle.cancel_all_unless_by_itself();
     running.handle.restore(rest).wait().unwrap();
     assert_eq!(comes.wait_within(LIMIT), Err(ControlError::Never));
