@@ -58,20 +58,7 @@ impl Firmware {
             Why::Latched(axes) => {
                 format!("{} (limit_latch)", self.waits_for_run(axes, "ran onto a limit switch"))
             }
-            Why::OnSwitch { axis, end, away } => {
-                let quirk = if away { " (leave_switch)" } else { "" };
-                let opposite = if end == End::Negative { '+' } else { '-' };
-                let way = match state.model.quirks.leave_switch {
-                    LeaveSwitch::Refuse => String::new(),
-                    LeaveSwitch::Away => format!("a move towards {opposite} or "),
-                };
-                let bit = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
-                format!(
-                    "{bit} is on {}: {way}{} leaves it{quirk}",
-                    switch(axis, end),
-                    self.reference_run(bit)
-                )
-            }
+            Why::OnSwitch { axis, end, away } => self.on_switch(axis, end, away),
             Why::Switch { hit, by_hand } => {
                 let pressed = if by_hand { " pressed" } else { "" };
                 let one = |(axis, hit): (u8, Option<(End, i64)>)| {
@@ -105,6 +92,18 @@ impl Firmware {
             }
             Why::Stopped(by) => self.stopped_in_words(by),
         }
+    }
+
+    fn on_switch(&self, axis: u8, end: End, away: bool) -> String {
+        let quirk = if away { " (leave_switch)" } else { "" };
+        let opposite = if end == End::Negative { '+' } else { '-' };
+        let way = match self.state.model.quirks.leave_switch {
+            LeaveSwitch::Refuse => String::new(),
+            LeaveSwitch::Away => format!("a move towards {opposite} or "),
+        };
+        let bit = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+        let run = self.reference_run(bit);
+        format!("{bit} is on {}: {way}{run} leaves it{quirk}", switch(axis, end))
     }
 
     fn cover_in_words(&self, opened: Opened) -> String {

@@ -86,6 +86,7 @@ fn lines(names: &Names) -> impl Iterator<Item = (Vec<String>, String)> {
 }
 
 /// Those of a verb.
+#[expect(clippy::too_many_lines, reason = "it has the completions of each verb")]
 fn lines_of(verb: Verb, names: &Names) -> Vec<(Vec<String>, String)> {
     let form = verb.forms()[0];
     let with = |pieces: &[&str], about: &str| {

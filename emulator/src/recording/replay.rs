@@ -101,10 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let site = Site::recorded(&recording)
         .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let other = site.other(&arguments.other)?;
-    let tolerance = match recording.head.clock.as_str() {
-        WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
-        _ => Tolerance::Exact,
-    };
+    let tolerance = arguments.tolerance(&recording);
     let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
     let frame = drawing::frame(&arguments.file, &other.model, &other.machine);
     let (pictured, drawn) = (arguments.pictured.clone(), arguments.drawn.clone());
@@ -146,27 +143,49 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         true => found_json(arguments, &recording, &played, causes),
         false => output::print(&explanations(causes)),
     };
-    let mut progress = Some(SearchProgress::new(&Cancel::default(), on_terminal(), None));
-    let mut seen = |so_far: SoFar<'_>| {
-        if let Some(progress) = &mut progress {
-            let _ = progress.goes_on(so_far.at);
-        }
-        heed(&mut ending, || {
-            progress = None;
-            say(None)
-        });
+    let is_searched =
+        other.is_recorded() && played.difference.as_ref().is_some_and(|found| found.said.is_some());
+    let causes = match is_searched {
+        true => search(&recording, &site, tolerance, &mut ending, || say(None)),
+        false => Vec::new(),
     };
-    let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {
-        true if other.is_recorded() => causes(&recording, &site, tolerance, &mut seen),
-        _ => Vec::new(),
-    };
-    drop(progress);
     if (arguments.drawn.files().chain(arguments.pictured.files())).next().is_some() {
         say_of_going_back(&recording);
     }
     say(Some(&causes))?;
     ending.into_iter().for_each(InOrder::done);
     Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Looks for what explains a difference, with its progress on a terminal.
+fn search(
+    recording: &Recording,
+    site: &Site,
+    tolerance: Tolerance,
+    ending: &mut Option<InOrder>,
+    say: impl Fn() -> Result<(), Failure>,
+) -> Vec<String> {
+    let mut progress = Some(SearchProgress::new(&Cancel::default(), on_terminal(), None));
+    let mut seen = |so_far: SoFar<'_>| {
+        if let Some(progress) = &mut progress {
+            let _ = progress.goes_on(so_far.at);
+        }
+        heed(ending, || {
+            progress = None;
+            say()
+        });
+    };
+    causes(recording, site, tolerance, &mut seen)
+}
+
+impl Arguments {
+    /// How far times may differ.
+    fn tolerance(&self, recording: &Recording) -> Tolerance {
+        match recording.head.clock.as_str() {
+            WALL => Tolerance::Nanos(u64::try_from(self.tolerance.as_nanos()).unwrap_or(u64::MAX)),
+            _ => Tolerance::Exact,
+        }
+    }
 }
 
 /// Ends the program if it was asked to end, and has it say before how far it has come.
