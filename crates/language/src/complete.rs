@@ -80,116 +80,104 @@ pub fn orders_of(verb: Verb, names: &Names) -> Vec<Completion> {
     orders.collect()
 }
 
-/// Every line that can be listed, in pieces, with what it is about.
-fn lines(names: &Names) -> impl Iterator<Item = (Vec<String>, String)> {
+/// A line in pieces, with what it is about.
+type Line = (Vec<String>, String);
+
+fn line(verb: Verb, pieces: &[&str], about: &str) -> Line {
+    let mut line = vec![format!("{verb} ")];
+    line.extend(pieces.iter().map(|piece| (*piece).to_owned()));
+    (line, about.to_owned())
+}
+
+/// Every line that can be listed.
+fn lines(names: &Names) -> impl Iterator<Item = Line> {
     Verb::all().filter(|verb| verb.is_of(names)).flat_map(|verb| lines_of(verb, names))
 }
 
 /// Those of a verb.
-#[expect(clippy::too_many_lines, reason = "it has the completions of each verb")]
-fn lines_of(verb: Verb, names: &Names) -> Vec<(Vec<String>, String)> {
-    let form = verb.forms()[0];
-    let with = |pieces: &[&str], about: &str| {
-        let mut line = vec![format!("{verb} ")];
-        line.extend(pieces.iter().map(|piece| (*piece).to_owned()));
-        (line, about.to_owned())
-    };
-    let signals = || names.signals().iter();
+fn lines_of(verb: Verb, names: &Names) -> Vec<Line> {
+    const RULES: [(&str, &str); 7] = [
+        ("end ", "rules end"),
+        ("end all", "all rules end"),
+        ("once ", "a rule that acts once"),
+        ("when ", "a rule"),
+        ("while ", "a rule"),
+        ("at ", "a rule"),
+        ("every ", "a rule"),
+    ];
+    let about = verb.forms()[0].about;
+    let with = |(piece, about): (&str, &str)| line(verb, &[piece], about);
+    let alone = || (vec![verb.name().to_owned()], about.to_owned());
     match verb {
         Verb::Press | Verb::Hold | Verb::Release => {
             let buttons = buttons(names).into_iter();
-            buttons.map(|signal| with(&[&signal.name], &signal.about)).collect()
+            buttons.map(|signal| with((&signal.name, &signal.about))).collect()
         }
-        Verb::Turn => {
-            let positions = |switch: &Signal| {
-                let line = |position: &String| {
-                    (vec![format!("{} ", switch.name), position.clone()], switch.about.clone())
-                };
-                switch.positions.iter().flatten().map(line).collect::<Vec<_>>()
-            };
-            signals().flat_map(positions).collect()
-        }
-        Verb::Input => {
-            let levels = |signal: &Signal| {
-                let bits = signal.bits.iter().flat_map(|(port, bit)| {
-                    let bit = format!("{port}.{bit} ");
-                    ["0", "1"].map(|level| with(&[&bit, level], &signal.about))
-                });
-                bits.collect::<Vec<_>>()
-            };
-            signals().flat_map(levels).collect()
-        }
-        Verb::Set => {
-            let values = |signal: &Signal| {
-                let name = format!("{} ", signal.name);
-                let values = listed_values(signal).into_iter();
-                values.map(|value| with(&[&name, &value], &signal.about)).collect::<Vec<_>>()
-            };
-            signals().flat_map(values).collect()
+        Verb::Turn | Verb::Input | Verb::Set => {
+            names.signals().iter().flat_map(|signal| lines_of_signal(verb, signal)).collect()
         }
         Verb::Power => {
-            vec![with(&["off"], "takes the power away"), with(&["on"], "gives the power back")]
+            [("off", "takes the power away"), ("on", "gives the power back")].map(with).to_vec()
         }
         Verb::Fault => {
-            let ends = [("end ", "a fault ends"), ("end all", "all faults end")];
-            let ends = ends.map(|(end, about)| with(&[end], about));
-            let kinds = kinds().map(|(kind, about)| with(&[&format!("{kind} ")], about));
-            kinds.chain(ends).collect()
+            let ends = [("end ", "a fault ends"), ("end all", "all faults end")].map(with);
+            kinds().map(|(kind, about)| with((&format!("{kind} "), about))).chain(ends).collect()
         }
-        Verb::When | Verb::While => {
-            let conditions = conditions(names);
-            let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
-            let listed = listed_conditions(names).into_iter();
-            let listed = listed.map(|(begin, word, about)| with(&[begin, &word], about));
-            let happens = |line: &(Vec<String>, String)| {
-                let words = line.0.get(1).map_or("", String::as_str);
-                ["command", "answer", "line "].iter().any(|begin| words.starts_with(begin))
+        // What happens never lasts.
+        Verb::While => {
+            let happens = |line: &Line| {
+                let begins = ["command", "answer", "line "];
+                line.0
+                    .get(1)
+                    .is_some_and(|words| begins.iter().any(|begin| words.starts_with(begin)))
             };
-            // What happens never lasts.
-            let ways = conditions.chain(listed);
-            ways.filter(|line| verb == Verb::When || !happens(line)).collect()
+            let lines = lines_of_conditions(verb, names);
+            lines.filter(|line| !happens(line)).collect()
         }
-        Verb::At | Verb::Every => vec![with(&[], form.about)],
-        Verb::Rule => {
-            let ways = [
-                ("end ", "rules end"),
-                ("end all", "all rules end"),
-                ("once ", "a rule that acts once"),
-                ("when ", "a rule"),
-                ("while ", "a rule"),
-                ("at ", "a rule"),
-                ("every ", "a rule"),
-            ];
-            ways.map(|(way, about)| with(&[way], about)).to_vec()
-        }
+        Verb::When => lines_of_conditions(verb, names).collect(),
         Verb::RunUntil => {
-            let conditions = conditions(names);
-            let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
-            let listed = listed_conditions(names).into_iter();
-            let listed = listed.map(|(begin, word, about)| with(&[begin, &word], about));
-            let idle = std::iter::once(with(&["idle"], form.about));
-            idle.chain(conditions).chain(listed).collect()
+            let idle = std::iter::once(with(("idle", about)));
+            idle.chain(lines_of_conditions(verb, names)).collect()
         }
-        Verb::Advance => vec![with(&[], form.about)],
+        Verb::At | Verb::Every | Verb::Advance => vec![line(verb, &[], about)],
+        Verb::Rule => RULES.map(with).to_vec(),
         Verb::Complete => Vec::new(),
-        Verb::Erase
-        | Verb::Cancel
-        | Verb::Position
-        | Verb::Signals
-        | Verb::Faults
-        | Verb::Rules
-        | Verb::Reset
-        | Verb::Quit => {
-            vec![(vec![verb.name().to_owned()], form.about.to_owned())]
-        }
         Verb::Help => {
-            let verbs = Verb::all().filter(|verb| verb.is_of(names));
-            let verbs = verbs.filter(|verb| !matches!(verb, Verb::Turn | Verb::Complete));
-            let each = verbs.map(|verb| with(&[verb.name()], verb.forms()[0].about));
-            let alone = (vec![verb.name().to_owned()], form.about.to_owned());
-            std::iter::once(alone).chain(each).collect()
+            let verbs = Verb::all().filter(|verb| verb.is_of(names) && verb.is_named());
+            let each = verbs.map(|verb| with((verb.name(), verb.forms()[0].about)));
+            std::iter::once(alone()).chain(each).collect()
+        }
+        _ => vec![alone()],
+    }
+}
+
+/// The lines that set a signal by a verb.
+fn lines_of_signal(verb: Verb, signal: &Signal) -> Vec<Line> {
+    let name = format!("{} ", signal.name);
+    let about = &signal.about;
+    match verb {
+        Verb::Turn => {
+            let positions = signal.positions.iter().flatten();
+            positions
+                .map(|position| (vec![name.clone(), position.clone()], about.clone()))
+                .collect()
+        }
+        Verb::Input => {
+            let bits = signal.bits.iter().map(|(port, bit)| format!("{port}.{bit} "));
+            bits.flat_map(|bit| ["0", "1"].map(|level| line(verb, &[&bit, level], about))).collect()
+        }
+        _ => {
+            let values = listed_values(signal).into_iter();
+            values.map(|value| line(verb, &[&name, &value], about)).collect()
         }
     }
+}
+
+fn lines_of_conditions(verb: Verb, names: &Names) -> impl Iterator<Item = Line> {
+    let conditions = conditions(names).into_iter();
+    let conditions = conditions.map(move |(begin, about)| line(verb, &[&begin], about));
+    let listed = listed_conditions(names).into_iter();
+    conditions.chain(listed.map(move |(begin, word, about)| line(verb, &[begin, &word], about)))
 }
 
 /// The values of a signal; of a range, its ends.
