@@ -191,3 +191,11 @@ test("a recording that contradicts the emulation says so, marks the place, and s
     await until("its moment is shown", async () => (await page.locator(".timeline").getAttribute("data-at")) === "8698321617");
   });
 });
+
+test("a recording that was cut off says so", async () => {
+  const record = async (_, recording) => {
+    const whole = await readFile(new URL("../../examples/limit.jsonl", import.meta.url), "utf8");
+    await writeFile(recording, whole.slice(0, 9_000));
+  };
+  await shown(record, (page) => page.locator(".timeline", { hasText: "the recording is cut off" }).waitFor());
+});
