@@ -231,6 +231,7 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
         assert_eq!(ask(&mut client, "@0P\r", 19), "0000000000000000000");
     }
     drop(client);
+    serve.give("quit\n");
     let (code, errors) = serve.end();
     assert_eq!(code, Some(1), "{errors}");
     assert!(errors.contains("cannot go on with the recording r.jsonl"), "{errors}");
