@@ -2151,7 +2151,7 @@ fn where_the_axes_are_is_not_known_after_a_limit_switch() {
         let (emulator, port) = listening(model, "mill", Clock::Instant);
         emulator.set_signal("limit x+", 1).unwrap();
         let (_, err) = Typist::new(&folder, &[&send[..], &[&port]].concat()).ends(1);
-        assert!(err.contains("answered 2: limit switch to @0R7"), "{model} {err}");
+        assert!(err.contains("@0R7 was answered 2: limit switch"), "{model} {err}");
         assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
         // In a move, where going on would believe the counters.
         for no_ref in [false, true] {

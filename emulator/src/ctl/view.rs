@@ -26,7 +26,7 @@ pub(crate) fn told(view: &Value, signals: &Value) -> String {
         if !axis.configured {
             more.push_str(", not configured");
         }
-        if axis.configured || axis.is_lost() {
+        if axis.configured {
             more.push_str(axis.reference_in_words());
         }
         put(format!("  {:<16} {:>8} steps{more}", axis.name, axis.position));

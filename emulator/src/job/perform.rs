@@ -11,7 +11,7 @@ use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 use vimc4_ncp::{Diagnostic, Severity};
 
 use super::channel::{Attendant, Channel, Decision, Ending, byte, line_of, question};
-use super::spindle::{Spindle, Why};
+use super::spindle::{RestartReason, SpindleWatch};
 
 /// How often an awaited input is polled: the controller does not report changes.
 const LOOK: Duration = Duration::from_millis(100);
@@ -99,7 +99,7 @@ pub(crate) fn perform<L: Channel>(
 ) -> Result<Ending, L::Broken> {
     let mut before = 0;
     let mut wrong = (0, String::new());
-    let mut spindle = Spindle::default();
+    let mut spindle = SpindleWatch::default();
     while let Some((line, task)) = work.next(&mut wrong) {
         // What was typed while nothing was asked comes before what is next.
         let done = if before == 0 { line } else { before };
@@ -169,7 +169,7 @@ fn send<L: Channel>(
     bytes: &[u8],
     link: &mut L,
     attendant: &mut dyn Attendant,
-    spindle: &mut Spindle,
+    spindle: &mut SpindleWatch,
 ) -> Result<Option<Ending>, L::Broken> {
     let travel = link.handling().model().family().travel_of(bytes);
     if !matches!(travel, Travel::Question | Travel::None)
@@ -220,7 +220,8 @@ fn send<L: Channel>(
                 }
                 if heard == link.handling().done
                     && !spindle.is_on(link)?
-                    && let Some(ending) = spindle.put_back(line, Why::Started, link, attendant)?
+                    && let Some(ending) =
+                        spindle.put_back(line, RestartReason::Started, link, attendant)?
                 {
                     return Ok(Some(ending));
                 }
@@ -254,9 +255,9 @@ fn resume<L: Channel>(
     stop: Stop,
     link: &mut L,
     attendant: &mut dyn Attendant,
-    spindle: &Spindle,
+    spindle: &SpindleWatch,
 ) -> Result<Result<Vec<u8>, Ending>, L::Broken> {
-    if let Some(ending) = spindle.put_back(line, Why::GoesOn, link, attendant)? {
+    if let Some(ending) = spindle.put_back(line, RestartReason::GoesOn, link, attendant)? {
         return Ok(Err(ending));
     }
     if stop.start == StartButton::Resumes && spindle.is_wanted() {

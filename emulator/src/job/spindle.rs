@@ -13,7 +13,7 @@ const TRIES: u32 = 3;
 
 /// Why it is switched on again, for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Why {
+pub(super) enum RestartReason {
     /// The job goes on with a motion that was stopped.
     GoesOn,
     /// START at the panel has let the motion go on.
@@ -24,7 +24,7 @@ pub(super) enum Why {
 
 /// What a job has done with the spindle.
 #[derive(Default)]
-pub(super) struct Spindle {
+pub(super) struct SpindleWatch {
     /// The command that has switched it on; `None` while the job has it off.
     on: Option<Vec<u8>>,
     /// How long the job waits behind that command.
@@ -37,7 +37,7 @@ pub(super) struct Spindle {
     has_waited: bool,
 }
 
-impl Spindle {
+impl SpindleWatch {
     /// A command was carried out.
     pub(super) fn sent<L: Channel>(&mut self, sent: &[u8], link: &mut L) -> Result<(), L::Broken> {
         let travel = link.handling().model().family().travel_of(sent);
@@ -45,9 +45,9 @@ impl Spindle {
             Some(true) => {
                 let run_up = self.on.as_ref().map_or(Duration::ZERO, |_| self.run_up);
                 let (on, shown) = (Some(sent.to_vec()), link.spindle()?);
-                *self = Spindle { on, run_up, is_fresh: true, shown, has_waited: false };
+                *self = SpindleWatch { on, run_up, is_fresh: true, shown, has_waited: false };
             }
-            Some(false) => *self = Spindle::default(),
+            Some(false) => *self = SpindleWatch::default(),
             // Its speed and its sense may be set behind it.
             None => self.is_fresh &= travel == Travel::None,
         }
@@ -73,7 +73,7 @@ impl Spindle {
         if !has_waited || self.shown.is_none() || self.is_on(link)? {
             return Ok(None);
         }
-        self.put_back(line, Why::Found, link, attendant)
+        self.put_back(line, RestartReason::Found, link, attendant)
     }
 
     /// Whether the job has it on.
@@ -90,15 +90,15 @@ impl Spindle {
     pub(super) fn put_back<L: Channel>(
         &self,
         line: u32,
-        why: Why,
+        why: RestartReason,
         link: &mut L,
         attendant: &mut dyn Attendant,
     ) -> Result<Option<Ending>, L::Broken> {
         let Some(on) = &self.on else { return Ok(None) };
         let why = match why {
-            Why::GoesOn => "STOP at the panel switches the spindle off",
-            Why::Started => "START at the panel went on with the spindle off after STOP",
-            Why::Found => "STOP at the panel has switched the spindle off",
+            RestartReason::GoesOn => "STOP at the panel switches the spindle off",
+            RestartReason::Started => "START at the panel went on with the spindle off after STOP",
+            RestartReason::Found => "STOP at the panel has switched the spindle off",
         };
         let wait = match self.run_up.is_zero() {
             true => String::new(),
