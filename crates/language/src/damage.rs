@@ -86,12 +86,12 @@ fn bad_byte(lexer: &mut Lexer<'_>) -> BadByte {
 /// Bytes as [`escape`](vimc4_device::escape) writes them, between quotation marks or up to a blank.
 fn bytes(lexer: &mut Lexer<'_>, expected: &str) -> Read<Vec<u8>> {
     let here = *lexer;
-    let written = match lexer.sign("\"") {
-        true => {
-            let quoted = lexer.rest().split_once('"').map(|(written, _)| written);
-            quoted.inspect(|written| lexer.skip(written.len() + 1))
+    let written = match lexer.rest().strip_prefix('"') {
+        Some(quoted) => {
+            let written = quoted.split_once('"').map(|(written, _)| written);
+            written.inspect(|written| lexer.skip(written.len() + 2))
         }
-        false => lexer.chunk(),
+        None => lexer.chunk(),
     };
     let is_plain = |text: &&str| !text.is_empty() && text.bytes().all(|c| matches!(c, b' '..=b'~'));
     let bytes = written.filter(is_plain).and_then(|written| unescape(written).ok());

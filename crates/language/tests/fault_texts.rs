@@ -334,6 +334,13 @@ fn machine_faults() -> impl Strategy<Value = MachineFault> {
     })
 }
 
+#[test]
+fn a_quoted_text_keeps_its_blanks() {
+    let text = "insert \" 0 \" to-host always";
+    let fault = read_fault(text, Names::numbered()).unwrap();
+    assert_eq!(Names::numbered().write_fault(&fault), text);
+}
+
 proptest! {
     #[test]
     fn what_is_written_is_read(
