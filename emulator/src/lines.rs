@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use clap_complete::engine::ArgValueCompleter;
 use tokio::runtime;
 use tokio::sync::oneshot;
-use vimc4::{Control, HostLines, ModemLine, News, Report, Sink, Time, Verbosity, What};
+use vimc4::{Control, HostLines, LineEvent, ModemLine, Report, ReportKind, Sink, Time, Verbosity};
 use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::completions;
@@ -215,8 +215,8 @@ impl Diary {
 impl Peer for Diary {
     fn hears(&mut self, line: HostLine, on: bool) {
         let at = Time::ZERO + self.began.elapsed();
-        let news = News::HostLine { transport: Arc::from("pty"), line: name(line).into(), on };
-        let report = Report { controller: Arc::from(""), at, what: What::News(news) };
+        let news = LineEvent::HostLine { transport: Arc::from("pty"), line: name(line).into(), on };
+        let report = Report { controller: Arc::from(""), at, what: ReportKind::News(news) };
         for sink in &mut self.sinks {
             sink.report(&report, &|_| String::new());
         }

@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
 use vimc4::{
-    Control, Emulator, News, Order, Report, Reports, Sink, Source, Step, Tap, Wants, What,
+    Control, Emulator, EventFilter, LineEvent, Order, Report, ReportKind, Reports, Sink, Source,
+    Step, Tap,
 };
 use vimc4_answers::past::{self, Lived, is_on_way, way};
 use vimc4_catalogue::State;
@@ -91,7 +92,7 @@ struct Rung {
 }
 
 impl Sink for Rung {
-    fn wants(&self) -> Wants {
+    fn wants(&self) -> EventFilter {
         self.tap.wants()
     }
 
@@ -125,7 +126,7 @@ impl Live {
         let control = control.by(who);
         let stays_paused = control.paused().wait().map_err(failed)?.is_some();
         control.pause().wait().map_err(failed)?;
-        let wants = Wants { inputs: true, sent: false, kinds: Kinds::NONE };
+        let wants = EventFilter { inputs: true, sent: false, kinds: Kinds::NONE };
         let (tap, reports) = Reports::new(wants, WAITING);
         let watching = match ring {
             Some(ring) => control.watch(Rung { tap, ring }),
@@ -242,8 +243,10 @@ impl Live {
         }
         let mut news = Vec::new();
         while let Some(report) = self.reports.as_mut().and_then(Reports::take) {
-            let is_done =
-                matches!(report.what, What::Input { .. } | What::State { by: Some(_), .. });
+            let is_done = matches!(
+                report.what,
+                ReportKind::Input { .. } | ReportKind::State { by: Some(_), .. }
+            );
             news.extend(is_done.then_some(report));
         }
         let now = self.control.now().wait().map_err(failed)?;
@@ -567,7 +570,7 @@ impl Live {
                     stop => return Ok(stop),
                 }
             }
-            if matches!(report.news(), Some(News::Ends)) {
+            if matches!(report.news(), Some(LineEvent::Ends)) {
                 return Err("the controller has ended".to_owned());
             }
             follow(debugger, &report);
@@ -601,7 +604,7 @@ impl Live {
         self.notes.append(&mut stop.notes);
         let by_hand = matches!(
             pause.news(),
-            Some(News::Paused { by: Some(by), .. }) if !self.stops.contains(by)
+            Some(LineEvent::Paused { by: Some(by), .. }) if !self.stops.contains(by)
         );
         let is_time = self.until.time().is_some_and(|until| until <= at);
         if !matches!(stop.why, Reason::Breakpoints(_)) {
@@ -663,18 +666,18 @@ pub(crate) fn cancelled(debugger: &mut Debugger) -> Stop {
 
 /// Whether a report says that time is paused.
 pub(crate) fn is_pause(report: &Report) -> bool {
-    matches!(report.news(), Some(News::Paused { .. }))
+    matches!(report.news(), Some(LineEvent::Paused { .. }))
 }
 
 /// Gives the history what the controller was given, and puts it into the states that it was put into.
 pub(crate) fn follow(debugger: &mut Debugger, report: &Report) {
     let history = debugger.history_mut();
     match &report.what {
-        What::Input { input, .. } => {
+        ReportKind::Input { input, .. } => {
             history.run_to(report.at);
             history.give(input.as_input());
         }
-        What::State { by: Some(by), state: written } => {
+        ReportKind::State { by: Some(by), state: written } => {
             history.run_to(report.at);
             history.leave(history.present());
             if let Some(state) = state(written) {

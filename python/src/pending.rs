@@ -25,7 +25,7 @@ type Awaited = Pin<Box<dyn Future<Output = Answer> + Send>>;
 pub(crate) struct Pending {
     stage: Mutex<Stage>,
     /// What is given up when somebody stops waiting.
-    journey: Option<Arc<Mutex<vimc4::Journey>>>,
+    journey: Option<Arc<Mutex<vimc4::TimeAdvance>>>,
     /// Hears of expectations that fail meanwhile.
     ear: Option<Ear>,
 }
@@ -70,7 +70,7 @@ impl Pending {
     /// Time on its way.
     pub(crate) fn journey(
         py: Python<'_>,
-        journey: vimc4::Journey,
+        journey: vimc4::TimeAdvance,
         ear: Ear,
     ) -> PyResult<Py<Journey>> {
         let journey = Arc::new(Mutex::new(journey));
@@ -193,7 +193,7 @@ impl Journey {
 impl Journey {
     fn ask<T>(
         slf: &Bound<'_, Self>,
-        what: impl FnOnce(&vimc4::Journey) -> Result<T, ControlError>,
+        what: impl FnOnce(&vimc4::TimeAdvance) -> Result<T, ControlError>,
     ) -> PyResult<T> {
         let pending = slf.as_super().get();
         let journey = pending.journey.as_ref().ok_or_else(|| error::broken("no journey"))?;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 
 use pyo3::prelude::*;
-use vimc4::{Report, Tap, Wants};
+use vimc4::{Report, Tap, EventFilter};
 
 use crate::convert::{kinds, plain};
 use crate::error;
@@ -41,7 +41,7 @@ impl Reports {
                 _ => events.push(word),
             }
         }
-        let wanted = Wants { kinds: kinds(&events)?, inputs: others.0, sent: others.1 };
+        let wanted = EventFilter { kinds: kinds(&events)?, inputs: others.0, sent: others.1 };
         let (tap, reports) = vimc4::Reports::new(wanted, room);
         Ok(Reports { reports: Arc::new(Mutex::new(reports)), tap: Mutex::new(Some(tap)) })
     }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use vimc4::device::TimedInput;
 use vimc4::device::{Controller, Line};
-use vimc4::{Faulting, Report, Sink, Wants, What};
+use vimc4::{Faulting, Report, Sink, EventFilter, ReportKind};
 use vimc4_sweep::{Case, Choice, Exit, Profile, Results, Row, Session};
 
 use crate::convert::plain;
@@ -28,12 +28,12 @@ impl Given {
 }
 
 impl Sink for Given {
-    fn wants(&self) -> Wants {
-        Wants::INPUTS
+    fn wants(&self) -> EventFilter {
+        EventFilter::INPUTS
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
-        if let What::Input { input, .. } = &report.what {
+        if let ReportKind::Input { input, .. } = &report.what {
             lock(&self.0).push(TimedInput { at: report.at, input: input.clone() });
         }
     }

@@ -13,8 +13,8 @@ use std::time::Duration;
 use serde_json::Value;
 use vimc4::device::{Controller, State};
 use vimc4::{
-    Clock, Condition, Control, Emulator, Event, Family, Kinds, Machine, Model, Report, Reports,
-    Signal, Wants, Warning, What, Worker,
+    Clock, Condition, Control, Emulator, Event, EventFilter, Family, Kinds, Machine, Model, Report,
+    ReportKind, Reports, Signal, Warning, Worker,
 };
 use vimc4_conform::fixtures;
 use vimc4_conform::script::Action;
@@ -149,12 +149,14 @@ fn said(reports: &[Report]) -> Vec<Said> {
     let mut said = Vec::new();
     for Report { at, what, .. } in reports {
         match what {
-            What::Sent { bytes } => said.extend(bytes.iter().map(|byte| Said::Byte(*at, *byte))),
-            What::Event { event: Event::Warning(Warning::NobodyListens { .. }), .. } => {}
-            What::Event { command, event } => {
+            ReportKind::Sent { bytes } => {
+                said.extend(bytes.iter().map(|byte| Said::Byte(*at, *byte)))
+            }
+            ReportKind::Event { event: Event::Warning(Warning::NobodyListens { .. }), .. } => {}
+            ReportKind::Event { command, event } => {
                 said.push(Said::Event(Stamp { at: *at, command: *command }, event.clone()));
             }
-            What::Missed { reports } => panic!("{reports} reports are missing"),
+            ReportKind::Missed { reports } => panic!("{reports} reports are missing"),
             _ => {}
         }
     }
@@ -187,19 +189,19 @@ fn replay(reports: &[Report], fresh: &Line<Controller>) -> Replayed {
     let mut stands = false;
     for Report { at, what, .. } in reports {
         match what {
-            What::Input { input, .. } => {
+            ReportKind::Input { input, .. } => {
                 harness.run_to(*at);
                 harness.accept(input.as_input());
             }
-            What::Stands { causes } => {
+            ReportKind::Stands { causes } => {
                 stands = true;
                 match causes {
                     Some(causes) => harness.run_into(*at, *causes),
                     None => harness.run_to(*at),
                 }
             }
-            What::Goes => stands = false,
-            What::State { by, state } => {
+            ReportKind::Goes => stands = false,
+            ReportKind::State { by, state } => {
                 let state = serde_json::from_value(state.clone()).unwrap();
                 if !stands {
                     harness.run_to(*at);
@@ -225,7 +227,7 @@ fn replay(reports: &[Report], fresh: &Line<Controller>) -> Replayed {
 /// A recording as people read it.
 fn shown(recording: &[Report]) -> String {
     let lines = recording.iter().map(|Report { at, what, .. }| match what {
-        What::State { by, .. } => format!("{at} state by {by:?}\n"),
+        ReportKind::State { by, .. } => format!("{at} state by {by:?}\n"),
         what => format!("{at} {what:?}\n"),
     });
     lines.collect()
@@ -271,7 +273,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker, folder: &P
     let (_, lines) = pools.iter().find(|(family, _)| *family == model.family()).unwrap();
 
     let file = folder.join(format!("{seed}.jsonl"));
-    let (tap, mut reports) = Reports::new(Wants::ALL, ROOM);
+    let (tap, mut reports) = Reports::new(EventFilter::ALL, ROOM);
     let mut builder = Emulator::builder()
         .with_model(model.clone())
         .with_machine(Arc::clone(&machine))
@@ -305,7 +307,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker, folder: &P
     let mut states = 0;
     while states < 2 {
         let report = reports.wait().unwrap();
-        states += usize::from(matches!(report.what, What::State { by: None, .. }));
+        states += usize::from(matches!(report.what, ReportKind::State { by: None, .. }));
         recording.push(report);
     }
     drop((reports, emulator));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use vimc4_device::{AXES, Event, Motion, Names, Path, Point, Segment, Time, escape};
-use vimc4_session::{News, Report, Talk, Teller, Verbosity, What};
+use vimc4_session::{LineEvent, Report, ReportKind, Talk, Teller, Verbosity};
 
 use crate::feed::Item;
 use crate::problem::{Kind, Problem};
@@ -161,14 +161,14 @@ fn tell_all(item: &Item, names: &Names, fields: &mut Fields<'_>) {
         fields.put("text", text);
     }
     match &item.report.what {
-        What::Event { command, event } => {
+        ReportKind::Event { command, event } => {
             if let Some(command) = command {
                 fields.put("command", command.0.get());
             }
             tell(item, event, names, fields);
         }
-        What::News(news) => about(news, fields),
-        What::Missed { reports } => fields.put("reports", *reports),
+        ReportKind::News(news) => about(news, fields),
+        ReportKind::Missed { reports } => fields.put("reports", *reports),
         _ => {}
     }
 }
@@ -211,7 +211,7 @@ fn tell(item: &Item, event: &Event, names: &Names, fields: &mut Fields<'_>) {
 }
 
 /// The name of a piece of news, and what there is to tell beside it.
-fn about(news: &News, fields: &mut Fields<'_>) {
+fn about(news: &LineEvent, fields: &mut Fields<'_>) {
     let (name, about) = match json!(news) {
         Value::Object(told) => match told.into_iter().next() {
             Some((name, about)) => (Value::from(name), Some(about)),
@@ -222,7 +222,7 @@ fn about(news: &News, fields: &mut Fields<'_>) {
     };
     fields.put("news", name);
     let about = match news {
-        News::Deed { by, deed } | News::NoEffect { by, deed, .. } => {
+        LineEvent::Deed { by, deed } | LineEvent::NoEffect { by, deed, .. } => {
             Some(json!({ "by": by.to_string(), "deed": deed.to_string() }))
         }
         _ => about,
@@ -350,7 +350,7 @@ mod tests {
     use crate::feed::Feed;
 
     /// The entries of what happens one after the other, as JSON.
-    fn entries(happens: Vec<What>) -> Vec<String> {
+    fn entries(happens: Vec<ReportKind>) -> Vec<String> {
         let (feed, names) = (Feed::new(Arc::new(|| ())), Names::default());
         let mut ear = feed.sink();
         for (place, what) in happens.into_iter().enumerate() {
@@ -361,8 +361,8 @@ mod tests {
         items.iter().map(|item| item.json(&names)).collect()
     }
 
-    fn event(event: Event) -> What {
-        What::Event { command: NonZeroU64::new(7).map(CommandNumber), event }
+    fn event(event: Event) -> ReportKind {
+        ReportKind::Event { command: NonZeroU64::new(7).map(CommandNumber), event }
     }
 
     #[test]
@@ -401,14 +401,17 @@ mod tests {
                 cause: StopCause::StopByte,
                 situation: Situation::StoppedMotion,
             })),
-            What::News(News::Ends),
-            What::News(News::Opened {
+            ReportKind::News(LineEvent::Ends),
+            ReportKind::News(LineEvent::Opened {
                 transport: "tcp".into(),
                 client: "1".into(),
                 observes: false,
             }),
-            What::News(News::Deed { by: Source::Controls("test".into()), deed: Deed::Power(true) }),
-            What::Missed { reports: 5 },
+            ReportKind::News(LineEvent::Deed {
+                by: Source::Controls("test".into()),
+                deed: Deed::Power(true),
+            }),
+            ReportKind::Missed { reports: 5 },
         ]);
         for entry in entries {
             // What is read has each once.

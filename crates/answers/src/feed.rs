@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use vimc4_device::{CommandNumber, Event, Kinds, Motion, Stamp, Time};
 use vimc4_journal::{Entry, Journal, Picture, What as Happened};
-use vimc4_session::{Deed, News, Report, Sink, Wants, What};
+use vimc4_session::{Deed, EventFilter, LineEvent, Report, ReportKind, Sink};
 
 use crate::limits::HISTORY;
 
@@ -64,8 +64,8 @@ impl Item {
         // Mostly nobody else has it any more.
         let report = Arc::try_unwrap(self).map_or_else(|own| own.report.clone(), |own| own.report);
         let (command, what) = match report.what {
-            What::Event { command, event } => (command, Happened::Event(event)),
-            What::News(News::Deed { by, deed }) => {
+            ReportKind::Event { command, event } => (command, Happened::Event(event)),
+            ReportKind::News(LineEvent::Deed { by, deed }) => {
                 (None, Happened::Deed { by: by.to_string().into(), deed })
             }
             _ => return None,
@@ -140,10 +140,10 @@ impl Feed {
         for item in &kept.items {
             let at = item.report.at;
             match &item.report.what {
-                What::Event { command, event } => {
+                ReportKind::Event { command, event } => {
                     journal.keep(Stamp { at, command: *command }, event.clone(), &*item.means);
                 }
-                What::News(News::Deed { by, deed }) => {
+                ReportKind::News(LineEvent::Deed { by, deed }) => {
                     journal.keep_deed(at, by.to_string(), deed.clone(), &*item.means);
                 }
                 _ => {}
@@ -167,14 +167,14 @@ impl Feed {
 pub struct Ear(Arc<Feed>);
 
 impl Sink for Ear {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, ..Wants::default() }
+    fn wants(&self) -> EventFilter {
+        EventFilter { kinds: Kinds::ALL, ..EventFilter::default() }
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         let means = match &report.what {
-            What::Event { event: Event::Command { bytes, .. }, .. } => explain(bytes),
-            What::News(News::Deed { deed: Deed::Byte(byte), .. }) => explain(&[*byte]),
+            ReportKind::Event { event: Event::Command { bytes, .. }, .. } => explain(bytes),
+            ReportKind::News(LineEvent::Deed { deed: Deed::Byte(byte), .. }) => explain(&[*byte]),
             _ => String::new(),
         };
         let mut kept = self.0.kept();
@@ -187,7 +187,7 @@ impl Sink for Ear {
 impl Kept {
     fn keep(&mut self, report: Report, means: Box<str>, most: usize) {
         let of = match &report.what {
-            What::Event { command, .. } => *command,
+            ReportKind::Event { command, .. } => *command,
             _ => None,
         };
         let command = of.and_then(|of| {
@@ -219,7 +219,7 @@ impl Kept {
             Some(Event::Motion(Motion::Ends { .. })) => self.course = None,
             _ => {}
         }
-        if let Some(News::Deed { deed: Deed::Restore, .. }) = item.report.news() {
+        if let Some(LineEvent::Deed { deed: Deed::Restore, .. }) = item.report.news() {
             // It stands at another moment now, of which nothing is known.
             (self.course, self.begun) = (None, VecDeque::new());
             self.is_elsewhere = true;

@@ -272,7 +272,7 @@ mod tests {
     use std::sync::Arc;
 
     use vimc4_device::{Event, Time};
-    use vimc4_session::{Report, Sink, What};
+    use vimc4_session::{Report, ReportKind, Sink};
 
     use super::*;
 
@@ -282,7 +282,7 @@ mod tests {
         let mut ear = feed.sink();
         let mut happens = |what: &str, times| {
             let event = Event::Flash { what: what.to_owned().into() };
-            let what = What::Event { command: None, event };
+            let what = ReportKind::Event { command: None, event };
             let report = Report { controller: "".into(), at: Time::ZERO, what };
             (0..times).for_each(|_| ear.report(&report, &|_| String::new()));
         };
@@ -316,7 +316,7 @@ mod tests {
         let feed = Feed::new(Arc::new(|| ()));
         let mut ear = feed.sink();
         let mut happens = |event| {
-            let what = What::Event { command: None, event };
+            let what = ReportKind::Event { command: None, event };
             let report = Report { controller: "".into(), at: Time::ZERO, what };
             ear.report(&report, &|_| String::new());
         };

@@ -12,7 +12,7 @@ use vimc4_device::{
     show_nanos,
 };
 use vimc4_language::Order;
-use vimc4_session::{Deed, News, Report, Sink, What};
+use vimc4_session::{Deed, LineEvent, Report, ReportKind, Sink};
 use vimc4_timeline::recording::{Mismatch, MismatchKind};
 use vimc4_timeline::{Branch, BranchId, History, Moment, Place, Progress};
 
@@ -119,7 +119,7 @@ impl Entry {
                 format!("there is no entry {number}; the journal has those that are kept")
             })?;
         let leaves = |item: &&Arc<Item>| {
-            matches!(item.report.news(), Some(News::Deed { deed: Deed::Restore, .. }))
+            matches!(item.report.news(), Some(LineEvent::Deed { deed: Deed::Restore, .. }))
         };
         let next = onwards.iter().take_while(|item| !leaves(item));
         let mut near = next.chain(before.iter().rev().take_while(|item| !leaves(item)));
@@ -594,7 +594,7 @@ pub fn has_come_to(present: Place, end: Place) -> bool {
 #[must_use]
 pub fn report(output: &Output) -> Option<Report> {
     let Output::Event(stamp, event) = output else { return None };
-    let what = What::Event { command: stamp.command, event: event.clone() };
+    let what = ReportKind::Event { command: stamp.command, event: event.clone() };
     Some(Report { controller: "".into(), at: stamp.at, what })
 }
 

@@ -7,8 +7,8 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use vimc4::device::OwnedInput;
 use vimc4::{
-    BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Journey, Order,
-    Pause, Scenario, ScenarioNumber, Time, Verb, read_condition, read_fault, read_rule,
+    BreakpointId, Clock, Condition, Control, ControlError, Effect, FaultNumber, Order, Pause,
+    Scenario, ScenarioNumber, Time, TimeAdvance, Verb, read_condition, read_fault, read_rule,
 };
 use vimc4_answers::fields::{NO_BYTES, bytes_of, clock_of, no_such, span_of};
 use vimc4_answers::limits::{BREAKPOINTS, LONGEST_NAME, SNAPSHOTS};
@@ -289,7 +289,7 @@ pub(crate) async fn run_until(call: Call) -> Outcome {
 }
 
 /// A journey ends with whoever waits for it.
-struct Escorted(Journey);
+struct Escorted(TimeAdvance);
 
 impl Drop for Escorted {
     fn drop(&mut self) {
@@ -324,7 +324,7 @@ impl Arrival {
 /// wait.
 async fn arrived(
     call: &Call,
-    set_out: impl FnOnce(&Control) -> Journey,
+    set_out: impl FnOnce(&Control) -> TimeAdvance,
 ) -> Result<Arrival, Problem> {
     let control = &call.controller()?.control;
     let _room = call.app.journey()?;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 use vimc4::device::OwnedInput;
-use vimc4::{Report, Sink, Time, Wants, What};
+use vimc4::{EventFilter, Report, ReportKind, Sink, Time};
 
 use crate::limits::{PAST_BYTES, PAST_INPUTS, PAST_ROUNDS};
 
@@ -15,7 +15,7 @@ use crate::limits::{PAST_BYTES, PAST_INPUTS, PAST_ROUNDS};
 pub struct Past {
     /// When it was in that state.
     pub at: Time,
-    /// The state, as [`What::State`] has it.
+    /// The state, as [`ReportKind::State`] has it.
     pub state: Value,
     /// The inputs, and the states that were put in, oldest first.
     pub since: Vec<Report>,
@@ -70,22 +70,22 @@ impl Sheet {
 }
 
 impl Sink for Memory {
-    fn wants(&self) -> Wants {
-        Wants::INPUTS
+    fn wants(&self) -> EventFilter {
+        EventFilter::INPUTS
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
         let mut sheets = self.sheets();
         match &report.what {
-            What::State { by: None, state } => {
+            ReportKind::State { by: None, state } => {
                 sheets.push_back(Sheet::new(report.at, state.clone()))
             }
-            What::Input { .. } | What::State { .. } => {
+            ReportKind::Input { .. } | ReportKind::State { .. } => {
                 let Some(sheet) = sheets.back_mut() else { return };
                 sheet.bytes += match &report.what {
-                    What::Input { input: OwnedInput::Bytes(bytes), .. } => bytes.len(),
+                    ReportKind::Input { input: OwnedInput::Bytes(bytes), .. } => bytes.len(),
                     // As large as a state is when it is written down.
-                    What::State { .. } => PAST_BYTES / 64,
+                    ReportKind::State { .. } => PAST_BYTES / 64,
                     _ => mem::size_of::<Report>(),
                 };
                 sheet.past.since.push(report.clone());
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use vimc4::Source;
 
-    fn report(at: u64, what: What) -> Report {
+    fn report(at: u64, what: ReportKind) -> Report {
         Report { controller: "".into(), at: Time::from_nanos(at), what }
     }
 
@@ -122,11 +122,11 @@ mod tests {
         let mut memory = Memory::default();
         assert!(memory.past().is_none());
         let explain = |_: &[u8]| String::new();
-        let input = || What::Input {
+        let input = || ReportKind::Input {
             by: Source::Controls("a test".into()),
             input: OwnedInput::Bytes("x".into()),
         };
-        memory.report(&report(0, What::State { by: None, state: Value::from(0) }), &explain);
+        memory.report(&report(0, ReportKind::State { by: None, state: Value::from(0) }), &explain);
         let count = 3 * PAST_INPUTS as u64 + 5;
         for at in 1..=count {
             memory.report(&report(at, input()), &explain);
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_program_without_end_is_kept_for_so_many_rounds() {
         let mut memory = Memory::default();
-        let state = What::State { by: None, state: Value::from(0) };
+        let state = ReportKind::State { by: None, state: Value::from(0) };
         memory.report(&report(0, state), &|_| String::new());
         for at in 1..=3 * PAST_ROUNDS {
             memory.settled(Time::from_nanos(at), &|| Value::from(at));

@@ -6,7 +6,7 @@ use vimc4_session::{Session, SessionOutput, Sinks};
 
 use crate::storage::Storage;
 use crate::wire::Wire;
-use crate::{Sink, SinkId, What};
+use crate::{ReportKind, Sink, SinkId};
 
 /// The transports, the flash file, and the sinks of a controller. They get the outputs of its session.
 pub(crate) struct Connections {
@@ -53,7 +53,7 @@ impl Connections {
         &mut self,
         session: &mut Session<D>,
         at: Time,
-        what: What,
+        what: ReportKind,
         meaning: Option<String>,
     ) {
         let explain =
@@ -71,17 +71,17 @@ impl Connections {
         }
         // Reported before it leaves: the recording has whatever a client has seen.
         if self.sinks.wants().is_some_and(|wants| wants.sent) {
-            self.report(session, at, What::Sent { bytes: bytes.clone() }, None);
+            self.report(session, at, ReportKind::Sent { bytes: bytes.clone() }, None);
         }
         let delivery = self.wire.send(bytes);
         for news in delivery.losses {
-            self.report(session, at, What::News(news), None);
+            self.report(session, at, ReportKind::News(news), None);
         }
         let wants = self.sinks.wants();
         if !delivery.heard && wants.is_some_and(|wants| wants.kinds.contain(Kinds::WARNING)) {
             let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
             let event = Event::Warning(Warning::NobodyListens { lost });
-            self.report(session, at, What::Event { command: None, event }, None);
+            self.report(session, at, ReportKind::Event { command: None, event }, None);
         }
     }
 

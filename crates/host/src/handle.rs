@@ -12,7 +12,7 @@ use vimc4_device::{
 use crate::BreakpointView;
 use crate::Clock;
 use crate::ControlError;
-use crate::journey::{Journey, Wishes};
+use crate::advance::{AdvanceCounts, TimeAdvance};
 use crate::pending::Pending;
 use crate::runner::{Deferred, Ending, Runner};
 use crate::transport::Transport;
@@ -28,10 +28,10 @@ use vimc4_session::Destination;
 #[derive(Debug)]
 pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Deferred<D>>,
-    /// Makes the controller look at the requests to its journeys.
+    /// Has the controller look at the requests to its advances.
     nudge: mpsc::UnboundedSender<()>,
-    /// The requests to all of them.
-    wishes: Arc<Wishes>,
+    /// The advances that have been requested.
+    advances: Arc<AdvanceCounts>,
     stop: Arc<Mutex<Option<oneshot::Sender<Ending>>>>,
     /// Whether time moves by itself.
     by_itself: bool,
@@ -44,7 +44,7 @@ impl<D: Device> Clone for Handle<D> {
         Handle {
             jobs: self.jobs.clone(),
             nudge: self.nudge.clone(),
-            wishes: Arc::clone(&self.wishes),
+            advances: Arc::clone(&self.advances),
             stop: Arc::clone(&self.stop),
             by_itself: self.by_itself,
             who: Arc::clone(&self.who),
@@ -61,10 +61,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
         let by_itself = clock.rate().is_some();
         let runner = Runner::new(device, clock, job_queue, nudges, stop_signal);
         let (stop, who) = (Arc::new(Mutex::new(Some(stop))), Arc::from("the library"));
-        (runner, Handle { jobs, nudge, wishes: Arc::default(), stop, by_itself, who })
+        (runner, Handle { jobs, nudge, advances: Arc::default(), stop, by_itself, who })
     }
 
-    /// The same handle under another name, which appears in the [news](crate::News::Deed).
+    /// The same handle under another name, which appears in the [news](crate::LineEvent::Deed).
     #[must_use]
     pub fn by(&self, who: &str) -> Handle<D> {
         Handle { who: Arc::from(who), ..self.clone() }
@@ -177,29 +177,29 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Moves time forward. Only clocks that do not run by themselves can be moved.
-    pub fn advance(&self, span: Duration) -> Journey {
-        self.travel(Destination::After(span))
+    pub fn advance(&self, span: Duration) -> TimeAdvance {
+        self.advance_to(Destination::After(span))
     }
 
     /// Moves time forward to the first instant at which the condition holds, or waits for that
     /// instant if the clock runs by itself.
-    pub fn run_until(&self, condition: Condition) -> Journey {
-        self.travel(Destination::Until(condition))
+    pub fn run_until(&self, condition: Condition) -> TimeAdvance {
+        self.advance_to(Destination::Until(condition))
     }
 
-    /// Cancels every [`Journey`] that has been requested so far, through any handle.
+    /// Cancels every [`TimeAdvance`] that has been requested so far, through any handle.
     pub fn cancel_all(&self) {
-        self.wishes.cancel_all();
-        // If nobody hears it, there is no journey any more.
+        self.advances.cancel_all();
+        // If the controller has ended, there is no advance any more.
         let _ = self.nudge.send(());
     }
 
-    /// Cancels every [`Journey`] requested so far that needs something from outside to arrive, a
+    /// Cancels every [`TimeAdvance`] requested so far that needs something from outside to arrive, a
     /// command or a button, at once or as soon as it needs it: where time passes by itself, the
-    /// journey would otherwise wait for that. The controller's own actions are foreseen for 10,000
-    /// causes; a journey that has not arrived by then is cancelled too.
+    /// advance would otherwise wait for that. The controller's own actions are foreseen for 10,000
+    /// causes; a advance that has not arrived by then is cancelled too.
     pub fn cancel_all_unless_by_itself(&self) {
-        self.wishes.leave_unaided();
+        self.advances.cancel_all_that_need_inputs();
         let _ = self.nudge.send(());
     }
 
@@ -297,7 +297,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Resolves when time is paused, whatever the cause: at once if it is paused already.
     pub fn until_paused(&self) -> Pending<Pause> {
         let (answer, reply) = Pending::promised();
-        let _ = self.jobs.send(Box::new(move |runner| runner.tell_of_pause(answer)));
+        let _ = self.jobs.send(Box::new(move |runner| runner.await_pause(answer)));
         reply
     }
 
@@ -395,10 +395,11 @@ impl<D: Device + Clone + 'static> Handle<D> {
         Source::Controls(self.who.as_ref().into())
     }
 
-    fn travel(&self, destination: Destination) -> Journey {
-        let (ticket, journey) = Journey::begin(self.by_itself, self.nudge.clone(), &self.wishes);
+    fn advance_to(&self, destination: Destination) -> TimeAdvance {
+        let (completion, advance) =
+            TimeAdvance::begin(self.by_itself, self.nudge.clone(), &self.advances);
         let by = self.source();
-        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, ticket)));
-        journey
+        let _ = self.jobs.send(Box::new(move |runner| runner.advance(by, destination, completion)));
+        advance
     }
 }

@@ -1,16 +1,13 @@
-//! What stands between a simulated device and the world: clocks, transports, flash files and
-//! the task that runs it all.
+//! The world around a session: transports, timers, flash files, and the tokio loop that drives it.
 //!
-//! Everything is generic over [`Device`](vimc4_device::Device) and knows no model. A
-//! [`Runner`] owns a device, usually at the end of a [`Line`](vimc4_device::Line), and calls it
-//! directly; a [`Handle`] controls it from elsewhere.
+//! Everything is generic over [`Device`](vimc4_device::Device) and knows no model. A [`Runner`] drives the
+//! session of a device; a [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
 
-mod bell;
+mod advance;
 mod connections;
 mod flash;
 mod handle;
-mod journey;
 mod pending;
 mod reports;
 mod runner;
@@ -21,12 +18,13 @@ mod traces;
 mod traffic;
 mod transport;
 mod turn;
+mod wake_flag;
 mod wire;
 mod worker;
 
+pub use advance::{Progress, TimeAdvance};
 pub use flash::{FlashFile, FlashFileError, is_at, unix_lines};
 pub use handle::Handle;
-pub use journey::{Journey, Progress};
 pub use pending::{Pending, block_on};
 pub use reports::{Reports, Tap};
 pub use runner::{RunError, Runner};
@@ -41,7 +39,7 @@ pub use transport::{LinkError, Pty, PtyError, PtyLink, User, Users};
 #[cfg(feature = "serial")]
 pub use transport::{Serial, SerialError};
 pub use vimc4_session::{
-    BreakpointId, BreakpointView, Clock, ClockError, ControlError, Deed, Effect, News, Pause, Rate,
-    Report, Sink, SinkId, Source, Step, Verbosity, Wants, What,
+    BreakpointId, BreakpointView, Clock, ClockError, ControlError, Deed, Effect, EventFilter,
+    LineEvent, Pause, Rate, Report, ReportKind, Sink, SinkId, Source, Step, Verbosity,
 };
 pub use worker::Worker;

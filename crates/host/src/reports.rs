@@ -7,19 +7,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
 use crate::pending::block_on;
-use crate::{Report, Sink, Wants, What};
+use crate::{EventFilter, Report, ReportKind, Sink};
 
 /// The reports of one or several controllers, taken whenever there is time for them.
 ///
 /// A controller never waits for its watchers. At most so many reports are kept; reports that find
 /// no room are counted, and no more are kept until all earlier ones have been taken. A
-/// [`What::Missed`] then takes their place. When this is dropped, the controllers detach its sink.
+/// [`ReportKind::Missed`] then takes their place. When this is dropped, the controllers detach its sink.
 ///
 /// ```
 /// use vimc4_host::{Reports, Wants};
 ///
 /// // As many controllers as wanted get a copy of the tap, as a sink.
-/// let (tap, mut reports) = Reports::new(Wants::ALL, 10_000);
+/// let (tap, mut reports) = Reports::new(EventFilter::ALL, 10_000);
 /// assert!(reports.take().is_none());
 /// // No controller has it any more: nothing will come.
 /// drop(tap);
@@ -31,7 +31,7 @@ pub struct Reports(Arc<Shared>);
 /// Where reports are put in: the sink that belongs to [`Reports`]. Copies put them into the same.
 #[derive(Debug)]
 pub struct Tap {
-    wants: Wants,
+    wants: EventFilter,
     shared: Arc<Shared>,
 }
 
@@ -75,7 +75,7 @@ impl Waiting {
 impl Reports {
     /// So many reports of what is wanted may wait, and where they are put in.
     #[must_use]
-    pub fn new(wants: Wants, room: usize) -> (Tap, Reports) {
+    pub fn new(wants: EventFilter, room: usize) -> (Tap, Reports) {
         let waiting = Waiting { taps: 1, ..Waiting::default() };
         let shared = Arc::new(Shared { room, waiting: Mutex::new(waiting) });
         (Tap { wants, shared: Arc::clone(&shared) }, Reports(shared))
@@ -133,7 +133,7 @@ impl Drop for Tap {
 }
 
 impl Sink for Tap {
-    fn wants(&self) -> Wants {
+    fn wants(&self) -> EventFilter {
         self.wants
     }
 
@@ -142,13 +142,13 @@ impl Sink for Tap {
         if waiting.over {
             return;
         }
-        if let Some(Report { what: What::Missed { reports }, .. }) = &mut waiting.missed {
+        if let Some(Report { what: ReportKind::Missed { reports }, .. }) = &mut waiting.missed {
             *reports += 1;
         } else if waiting.reports.len() < self.shared.room {
             waiting.reports.push_back(report.clone());
         } else {
             let controller = Arc::clone(&report.controller);
-            let what = What::Missed { reports: 1 };
+            let what = ReportKind::Missed { reports: 1 };
             waiting.missed = Some(Report { controller, at: report.at, what });
         }
         waiting.wake();
@@ -164,16 +164,16 @@ mod tests {
     use vimc4_device::Time;
 
     use super::*;
-    use crate::News;
+    use crate::LineEvent;
 
     fn report(controller: &str, second: u64) -> Report {
-        let what = What::News(News::Back { transport: Arc::from("serial") });
+        let what = ReportKind::News(LineEvent::Back { transport: Arc::from("serial") });
         Report { controller: Arc::from(controller), at: Time::from_secs(second), what }
     }
 
     #[test]
     fn what_finds_no_room_is_counted_in_its_place() {
-        let (mut tap, mut reports) = Reports::new(Wants::ALL, 3);
+        let (mut tap, mut reports) = Reports::new(EventFilter::ALL, 3);
         let mut tell = |second| tap.report(&report("1", second), &|_| String::new());
         (0..5).for_each(&mut tell);
         assert_eq!(reports.take(), Some(report("1", 0)));
@@ -181,7 +181,7 @@ mod tests {
         tell(5);
         assert_eq!(reports.take(), Some(report("1", 1)));
         assert_eq!(reports.take(), Some(report("1", 2)));
-        let missed = Report { what: What::Missed { reports: 3 }, ..report("1", 3) };
+        let missed = Report { what: ReportKind::Missed { reports: 3 }, ..report("1", 3) };
         assert_eq!(reports.take(), Some(missed));
         assert_eq!(reports.take(), None);
         tell(6);
@@ -190,10 +190,10 @@ mod tests {
 
     #[test]
     fn what_waits_comes_before_the_end() {
-        let (tap, mut reports) = Reports::new(Wants::INPUTS, 10);
+        let (tap, mut reports) = Reports::new(EventFilter::INPUTS, 10);
         let mut taps = [tap.clone(), tap];
         for (second, tap) in (0..).zip(&mut taps) {
-            assert_eq!(tap.wants(), Wants::INPUTS);
+            assert_eq!(tap.wants(), EventFilter::INPUTS);
             tap.report(&report("1", second), &|_| String::new());
         }
         let waits = std::thread::spawn(move || {
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn who_is_gone_has_seen_enough() {
-        let (mut tap, reports) = Reports::new(Wants::ALL, 10);
+        let (mut tap, reports) = Reports::new(EventFilter::ALL, 10);
         assert!(!tap.has_enough());
         drop(reports);
         assert!(tap.has_enough());

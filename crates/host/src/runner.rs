@@ -13,16 +13,16 @@ use tokio::task::yield_now;
 use vimc4_device::{Device, Time};
 use vimc4_session::{Completion, Destination, Progress, RequestId, Session, Work};
 
-use crate::bell::Bell;
+use crate::advance::AdvanceCompletion;
 use crate::connections::Connections;
 use crate::flash::{FlashFile, FlashFileError};
-use crate::journey::Ticket;
 use crate::storage::Storage;
 use crate::timer::Timer;
 use crate::transport::{Received, Transport};
 use crate::turn::reactor_turn;
+use crate::wake_flag::WakeFlag;
 use crate::wire;
-use crate::{Clock, ControlError, News, Pause, Sink, SinkId, Source};
+use crate::{Clock, ControlError, LineEvent, Pause, Sink, SinkId, Source};
 
 /// How many units of work are done before the line is looked at again.
 const BATCH: u32 = 10_000;
@@ -56,24 +56,24 @@ pub struct Runner<D: Device> {
     /// The moment at which the session's wall time begins.
     origin: Instant,
     /// The callers of advances that are under way.
-    tickets: Vec<(RequestId, Ticket)>,
+    advances: Vec<(RequestId, AdvanceCompletion)>,
     /// The callers that wait for time to be paused.
     pause_waits: Vec<(RequestId, oneshot::Sender<Result<Pause, ControlError>>)>,
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
-    /// Rings when there is a job.
-    asked: Bell,
+    /// Raised when there is a job.
+    jobs_flag: WakeFlag,
     /// Whether the line was heard last, so that jobs have their turn.
     was_heard: bool,
     stop: oneshot::Receiver<Ending>,
-    /// Rings when it is to stop, or something is asked of a journey.
-    orders: Bell,
-    /// Wakes the task when something is asked of a journey.
+    /// Raised when it is to stop, or an advance is to go on in another way.
+    orders_flag: WakeFlag,
+    /// Wakes the task when something is asked of an advance.
     nudges: mpsc::UnboundedReceiver<()>,
     /// A request to take in so many bytes of the line although time is paused, and to answer how
     /// many were taken.
     hears: Option<(usize, oneshot::Sender<Result<usize, ControlError>>)>,
     /// Everything that happened before there was a sink.
-    early: Vec<News>,
+    early: Vec<LineEvent>,
 }
 
 /// Why a controller ended by itself.
@@ -106,7 +106,7 @@ enum Woken<D: Device> {
     Line,
     Job(Deferred<D>),
     Stop(Ending),
-    /// Something is asked of a journey.
+    /// Something is asked of an advance.
     Nudge,
     /// Time has passed, or there is more to do.
     Time,
@@ -124,13 +124,13 @@ impl<D: Device + Clone + 'static> Runner<D> {
             connections: Connections::new(device.baud()),
             session: Session::new(device, clock),
             origin: Instant::now(),
-            tickets: Vec::new(),
+            advances: Vec::new(),
             pause_waits: Vec::new(),
             jobs,
-            asked: Bell::default(),
+            jobs_flag: WakeFlag::default(),
             was_heard: false,
             stop,
-            orders: Bell::default(),
+            orders_flag: WakeFlag::default(),
             nudges,
             hears: None,
             early: Vec::new(),
@@ -244,11 +244,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Sends time to a destination.
-    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
-        ticket.tell(Progress { now: self.session.now(), ..Progress::default() });
+    pub(crate) fn advance(
+        &mut self,
+        by: Source,
+        destination: Destination,
+        caller: AdvanceCompletion,
+    ) {
+        caller.report(Progress { now: self.session.now(), ..Progress::default() });
         let id = self.session.advance(by, destination);
-        let request = ticket.wish();
-        self.tickets.push((id, ticket));
+        let request = caller.request();
+        self.advances.push((id, caller));
         // It may have been cancelled before it began.
         self.session.change_advance(id, request);
         self.flush();
@@ -266,7 +271,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
     }
 
-    pub(crate) fn tell_of_pause(&mut self, answer: oneshot::Sender<Result<Pause, ControlError>>) {
+    pub(crate) fn await_pause(&mut self, answer: oneshot::Sender<Result<Pause, ControlError>>) {
         let id = self.session.await_pause();
         self.pause_waits.push((id, answer));
         self.flush();
@@ -286,9 +291,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
             // The caller may have stopped waiting for it.
             match completion {
                 Completion::Advanced(end) => {
-                    self.tickets
+                    self.advances
                         .extract_if(.., |(of, _)| *of == id)
-                        .for_each(|(_, it)| it.end(end.clone()));
+                        .for_each(|(_, it)| it.complete(end.clone()));
                 }
                 Completion::Paused(pause) => {
                     let waits = self.pause_waits.extract_if(.., |(of, _)| *of == id);
@@ -346,7 +351,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.session.fall_behind(self.wall());
         }
         if let Some((id, progress)) = self.session.progress() {
-            self.tickets.iter().filter(|(of, _)| *of == id).for_each(|(_, it)| it.tell(progress));
+            self.advances
+                .iter()
+                .filter(|(of, _)| *of == id)
+                .for_each(|(_, it)| it.report(progress));
         }
         is_busy || self.session.can_jump()
     }
@@ -358,8 +366,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Tells the session how the callers want their advances to go on.
     fn update_advances(&mut self) {
-        for (id, ticket) in &self.tickets {
-            self.session.change_advance(*id, ticket.wish());
+        for (id, caller) in &self.advances {
+            self.session.change_advance(*id, caller.request());
         }
         self.flush();
     }
@@ -412,14 +420,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Waits for something to happen; with `busy` it only looks.
     async fn look_up(&mut self, timer: &mut Timer, busy: bool) -> Woken<D> {
         poll_fn(|cx| {
-            let Runner { stop, nudges, orders, .. } = &mut *self;
-            let ordered = orders.answer(cx, |cx| {
+            let Runner { stop, nudges, orders_flag, .. } = &mut *self;
+            let ordered = orders_flag.poll(cx, |cx| {
                 if let Poll::Ready(ending) = Pin::new(stop).poll(cx) {
                     return Poll::Ready(Woken::Stop(ending.unwrap_or(Ending::Closes)));
                 }
                 match nudges.poll_recv(cx) {
                     Poll::Ready(Some(())) => Poll::Ready(Woken::Nudge),
-                    // The handle that has the sender is gone; nothing will be wished any more.
+                    // The handle that has the sender is gone; no request changes any more.
                     Poll::Ready(None) | Poll::Pending => Poll::Pending,
                 }
             });
@@ -461,8 +469,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// The next job; none if there is nobody any more who could have one done.
     fn poll_jobs(&mut self, cx: &mut Context<'_>) -> Poll<Option<Deferred<D>>> {
-        let Runner { jobs, asked, .. } = self;
-        asked.answer(cx, |cx| jobs.poll_recv(cx))
+        let Runner { jobs, jobs_flag, .. } = self;
+        jobs_flag.poll(cx, |cx| jobs.poll_recv(cx))
     }
 
     /// How much may be read. While time is paused, everything clients send or do waits with their

@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use vimc4_device::{Device, FlashChange};
 
-use crate::News;
+use crate::LineEvent;
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 
 /// The file of a device's flash memory, if it has one, and whether it can still be relied on.
@@ -20,14 +20,14 @@ impl Storage {
         device: &D,
         mut file: FlashFile,
         image: &[u8],
-    ) -> Result<(Storage, Option<News>), FlashFileError> {
+    ) -> Result<(Storage, Option<LineEvent>), FlashFileError> {
         let present = device.flash_image();
         let mut mended = None;
         if present != image {
             // A new file is not worth a word.
             if !image.is_empty() {
                 let (what, file) = (difference(image, &present), file.path().display().to_string());
-                mended = Some(News::FlashMended { file, what });
+                mended = Some(LineEvent::FlashMended { file, what });
             }
             file.apply(&FlashChange::Replace(Bytes::from(present)))?;
             file.sync()?;

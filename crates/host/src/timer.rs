@@ -22,7 +22,7 @@ mod linux {
     };
     use tokio::net::unix::pipe;
 
-    use crate::bell::Bell;
+    use crate::wake_flag::WakeFlag;
 
     /// One alarm, which can be set, moved and cleared.
     ///
@@ -32,7 +32,7 @@ mod linux {
     pub(crate) struct Timer {
         fd: pipe::Receiver,
         armed: Option<Instant>,
-        bell: Bell,
+        wake_flag: WakeFlag,
     }
 
     impl Timer {
@@ -42,7 +42,7 @@ mod linux {
             Ok(Timer {
                 fd: pipe::Receiver::from_owned_fd_unchecked(fd)?,
                 armed: None,
-                bell: Bell::default(),
+                wake_flag: WakeFlag::default(),
             })
         }
 
@@ -75,8 +75,8 @@ mod linux {
 
         /// Ready once after the alarm rang.
         pub(crate) fn poll(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-            let Timer { fd, armed, bell } = self;
-            bell.answer(cx, |cx| {
+            let Timer { fd, armed, wake_flag } = self;
+            wake_flag.poll(cx, |cx| {
                 let mut rings = [0; 8];
                 while let Poll::Ready(Ok(())) = fd.poll_read_ready(cx) {
                     match fd.try_read(&mut rings) {

@@ -7,7 +7,7 @@ use tracing::dispatcher::{self, Dispatch};
 use tracing::{Level, Span, enabled, error_span};
 use vimc4_device::{Event, Kinds, Time, Warning, escape};
 
-use crate::{News, Report, Sink, Wants, What};
+use crate::{EventFilter, LineEvent, Report, ReportKind, Sink};
 
 /// A sink that turns reports into events of [`tracing`], all of the target `vimc4`:
 ///
@@ -25,7 +25,7 @@ use crate::{News, Report, Sink, Wants, What};
 /// and no more is made of what happens than that subscriber wants then.
 pub struct Traces {
     subscriber: Dispatch,
-    wants: Wants,
+    wants: EventFilter,
     controller: Span,
     clients: Vec<Client>,
 }
@@ -91,75 +91,75 @@ impl Traces {
     }
 
     #[expect(clippy::cognitive_complexity, reason = "it has an event for each kind of report")]
-    fn news(&mut self, at: Time, news: &News) {
+    fn news(&mut self, at: Time, news: &LineEvent) {
         let whole = self.controller.clone();
         let of = |transport: &str| self.client(transport).clone();
         match news {
-            News::Opened { transport, client, observes } => {
+            LineEvent::Opened { transport, client, observes } => {
                 self.comes(transport, client);
                 tell!(INFO, self.client(transport), at, observes, "line opened");
             }
-            News::Closed { transport, client, observes, taken_by } => {
+            LineEvent::Closed { transport, client, observes, taken_by } => {
                 let gone = self.goes(transport, client);
                 let span = gone.as_ref().map_or(&whole, |client| &client.span);
                 let taken_by = taken_by.as_deref();
                 tell!(INFO, span, at, observes, taken_by, "line closed");
             }
-            News::Refused { transport, client, holder } => {
+            LineEvent::Refused { transport, client, holder } => {
                 let transport = &**transport;
                 tell!(WARN, &whole, at, transport, client, holder, "client refused");
             }
-            News::Unheard { transport, client } => {
+            LineEvent::Unheard { transport, client } => {
                 tell!(WARN, &of(transport), at, client, "an observer is not heard");
             }
-            News::Lost { transport, bytes } => {
+            LineEvent::Lost { transport, bytes } => {
                 tell!(WARN, &of(transport), at, bytes, "the client does not read: lost");
             }
-            News::WrongSpeed { transport, client, line, .. } => {
+            LineEvent::WrongSpeed { transport, client, line, .. } => {
                 tell!(WARN, &of(transport), at, client, line, "wrong speed");
             }
-            News::WrongParity { transport, parity } => {
+            LineEvent::WrongParity { transport, parity } => {
                 tell!(WARN, &of(transport), at, parity = &**parity, "wrong parity");
             }
-            News::WrongDataBits { transport, bits } => {
+            LineEvent::WrongDataBits { transport, bits } => {
                 tell!(WARN, &of(transport), at, bits, "wrong data bits");
             }
-            News::Shared { transport, programs } => {
+            LineEvent::Shared { transport, programs } => {
                 tell!(WARN, &of(transport), at, programs, "several programs have the line open");
             }
-            News::HalfLine { transport, half, spoils } => {
+            LineEvent::HalfLine { transport, half, spoils } => {
                 let half = escape(half);
                 tell!(WARN, &of(transport), at, half, spoils, "half a line was left");
             }
-            News::LineFeed { transport, right } => {
+            LineEvent::LineFeed { transport, right } => {
                 tell!(WARN, &of(transport), at, right = &**right, "LF alone ends no command");
             }
-            News::Gone { transport, error } => {
+            LineEvent::Gone { transport, error } => {
                 tell!(WARN, &whole, at, transport = &**transport, error, "port gone");
             }
-            News::Back { transport } => {
+            LineEvent::Back { transport } => {
                 tell!(INFO, &whole, at, transport = &**transport, "port back");
             }
-            News::PowerWasOff { bytes } => {
+            LineEvent::PowerWasOff { bytes } => {
                 tell!(WARN, &whole, at, bytes, "the power was off: lost");
             }
-            News::FlashMended { file, what } => {
+            LineEvent::FlashMended { file, what } => {
                 tell!(WARN, &whole, at, file, what, "flash file mended");
             }
-            News::Paused { by, breakpoints } => {
+            LineEvent::Paused { by, breakpoints } => {
                 let by = by.as_ref().map(ToString::to_string);
                 tell!(INFO, &whole, at, by, ?breakpoints, "time paused");
             }
-            News::Resumed { by } => tell!(INFO, &whole, at, %by, "time resumed"),
-            News::Ends => tell!(INFO, &whole, at, "ends"),
-            News::HostLine { transport, line, on } => {
+            LineEvent::Resumed { by } => tell!(INFO, &whole, at, %by, "time resumed"),
+            LineEvent::Ends => tell!(INFO, &whole, at, "ends"),
+            LineEvent::HostLine { transport, line, on } => {
                 tell!(DEBUG, &of(transport), at, line = &**line, on, "handshake line");
             }
-            News::Speaks { transport, client } => {
+            LineEvent::Speaks { transport, client } => {
                 tell!(DEBUG, &of(transport), at, client, "speaks");
             }
-            News::Deed { by, deed } => tell!(DEBUG, &whole, at, %by, %deed, "done"),
-            News::NoEffect { by, deed, why } => {
+            LineEvent::Deed { by, deed } => tell!(DEBUG, &whole, at, %by, %deed, "done"),
+            LineEvent::NoEffect { by, deed, why } => {
                 tell!(DEBUG, &whole, at, %by, %deed, why = why.as_deref(), "no effect");
             }
             news => tell!(DEBUG, &whole, at, ?news, "news"),
@@ -211,32 +211,32 @@ impl fmt::Display for Means<'_> {
 }
 
 /// What the present subscriber wants; `None` if it wants nothing, or if there is none.
-fn wants() -> Option<Wants> {
-    let none = Wants::default();
+fn wants() -> Option<EventFilter> {
+    let none = EventFilter::default();
     if enabled!(target: "vimc4", Level::TRACE) {
-        Some(Wants { kinds: Kinds::ALL, sent: true, ..none })
+        Some(EventFilter { kinds: Kinds::ALL, sent: true, ..none })
     } else if enabled!(target: "vimc4", Level::DEBUG) {
-        Some(Wants { kinds: Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::WARNING), ..none })
+        Some(EventFilter { kinds: Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::WARNING), ..none })
     } else if enabled!(target: "vimc4", Level::WARN) {
-        Some(Wants { kinds: Kinds::WARNING, ..none })
+        Some(EventFilter { kinds: Kinds::WARNING, ..none })
     } else {
         None
     }
 }
 
 impl Sink for Traces {
-    fn wants(&self) -> Wants {
+    fn wants(&self) -> EventFilter {
         self.wants
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         let subscriber = self.subscriber.clone();
         dispatcher::with_default(&subscriber, || match &report.what {
-            What::News(news) => self.news(report.at, news),
-            What::Event { command, event } => {
+            ReportKind::News(news) => self.news(report.at, news),
+            ReportKind::Event { command, event } => {
                 self.event(report.at, command.map(|command| command.0.get()), event, explain);
             }
-            What::Sent { bytes } => {
+            ReportKind::Sent { bytes } => {
                 tell!(TRACE, &self.controller, report.at, bytes = escape(bytes), "sent");
             }
             _ => {}

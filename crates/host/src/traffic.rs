@@ -8,7 +8,7 @@ use vimc4_device::{Grouped, Time};
 use vimc4_journal::words;
 use vimc4_session::{Talk, Teller};
 
-use crate::{News, Report, Sink, Verbosity, Wants};
+use crate::{EventFilter, LineEvent, Report, Sink, Verbosity};
 
 /// A sink that writes lines of text:
 ///
@@ -187,14 +187,14 @@ impl<F: FnMut(String) + Send> Pen<F> {
 }
 
 impl<F: FnMut(String) + Send> Sink for Traffic<F> {
-    fn wants(&self) -> Wants {
+    fn wants(&self) -> EventFilter {
         self.talk.wants()
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         match report.news() {
-            Some(News::Closed { transport, .. }) => self.pen.settle(report.at, transport),
-            Some(News::Ends) => self.pen.settle_if(report.at, |_, _| true),
+            Some(LineEvent::Closed { transport, .. }) => self.pen.settle(report.at, transport),
+            Some(LineEvent::Ends) => self.pen.settle_if(report.at, |_, _| true),
             _ => {}
         }
         self.talk.tell(report, explain, &mut self.pen);
@@ -227,20 +227,23 @@ mod tests {
     use vimc4_device::{CommandNumber, Event, Warning};
 
     use super::*;
-    use crate::What;
+    use crate::ReportKind;
 
     fn happened(at: Time, event: Event) -> Report {
-        let what = What::Event { command: None, event };
+        let what = ReportKind::Event { command: None, event };
         Report { controller: "1".into(), at, what }
     }
 
-    fn news(at: Time, news: News) -> Report {
-        Report { controller: "1".into(), at, what: What::News(news) }
+    fn news(at: Time, news: LineEvent) -> Report {
+        Report { controller: "1".into(), at, what: ReportKind::News(news) }
     }
 
     fn belongs(number: u64, at: Time, event: Event) -> Report {
         let command = NonZeroU64::new(number).map(CommandNumber);
-        Report { what: What::Event { command, event }, ..happened(at, Event::Baud { baud: 0 }) }
+        Report {
+            what: ReportKind::Event { command, event },
+            ..happened(at, Event::Baud { baud: 0 })
+        }
     }
 
     #[test]
@@ -340,7 +343,7 @@ mod tests {
         }
         let other = Warning::ReceiveOverflow { lost: 1 };
         traffic.report(&happened(Time::from_secs(3), Event::Warning(other)), &explain);
-        let end = News::Closed { transport, client, observes: false, taken_by: None };
+        let end = LineEvent::Closed { transport, client, observes: false, taken_by: None };
         traffic.report(&news(Time::from_secs(4), end), &explain);
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
@@ -376,7 +379,7 @@ mod tests {
             let (sender, lines) = mpsc::channel();
             let mut traffic = Traffic::new(verbosity, move |line| sender.send(line).unwrap());
             for bytes in [1, 12] {
-                let report = news(Time::from_secs(2), News::PowerWasOff { bytes });
+                let report = news(Time::from_secs(2), LineEvent::PowerWasOff { bytes });
                 traffic.report(&report, &|_| String::new());
             }
             assert_eq!(
@@ -437,23 +440,26 @@ mod tests {
         let at = Time::ZERO;
         for _ in 0..500 {
             for name in ["pty", "tcp"] {
-                tell(news(at, News::Speaks { transport: label(name), client: client() }));
+                tell(news(at, LineEvent::Speaks { transport: label(name), client: client() }));
                 let what = format!("{name} says nothing").into();
                 tell(happened(at, Event::Warning(Warning::NoEffect { what })));
                 let (client, line) = (300, 19_200);
                 tell(news(
                     at,
-                    News::WrongSpeed { transport: label(name), client, line, noise: false },
+                    LineEvent::WrongSpeed { transport: label(name), client, line, noise: false },
                 ));
             }
         }
         // A client that comes and goes gets no more lines by that.
         for _ in 0..500 {
             let (transport, taken_by) = (label("tcp"), None);
-            tell(news(at, News::Closed { transport, client: client(), observes: false, taken_by }));
             tell(news(
                 at,
-                News::Opened { transport: label("tcp"), client: client(), observes: false },
+                LineEvent::Closed { transport, client: client(), observes: false, taken_by },
+            ));
+            tell(news(
+                at,
+                LineEvent::Opened { transport: label("tcp"), client: client(), observes: false },
             ));
             let what = "more".into();
             tell(happened(at, Event::Warning(Warning::NoEffect { what })));

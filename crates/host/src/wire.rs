@@ -6,7 +6,7 @@ use std::task::{Context, Poll};
 
 use vimc4_device::ModemLine;
 
-use crate::News;
+use crate::LineEvent;
 use crate::transport::{Received, Sent, Transport};
 
 /// How much is read at once. The controllers of a thread take turns after each piece, and a
@@ -42,7 +42,7 @@ pub(crate) struct Delivery {
     /// Somebody has the line open.
     pub(crate) heard: bool,
     /// What clients that do not read have lost.
-    pub(crate) losses: Vec<News>,
+    pub(crate) losses: Vec<LineEvent>,
 }
 
 impl Wire {
@@ -110,7 +110,7 @@ impl Wire {
                 Sent::Lost(bytes) => {
                     delivery.heard = true;
                     let transport = Arc::clone(transport.label());
-                    delivery.losses.push(News::Lost { transport, bytes });
+                    delivery.losses.push(LineEvent::Lost { transport, bytes });
                 }
             }
         }

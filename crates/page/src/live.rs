@@ -13,8 +13,8 @@ use vimc4_device::{
 };
 use vimc4_journal::Picture;
 use vimc4_session::{
-    Clock, ControlError, Effect, Report, Session, SessionOutput, Sink, Source, Step, Wants, What,
-    Work,
+    Clock, ControlError, Effect, EventFilter, Report, ReportKind, Session, SessionOutput, Sink,
+    Source, Step, Work,
 };
 
 use crate::kept::{Kept, bare, given, kept, meant};
@@ -108,18 +108,18 @@ impl Live {
         }
     }
 
-    fn report(&mut self, at: Time, what: What, meaning: Option<String>) {
+    fn report(&mut self, at: Time, what: ReportKind, meaning: Option<String>) {
         let report = Report { controller: "1".into(), at, what };
         let Live { session, ear, recorder, .. } = self;
         let meaning = match &report.what {
-            What::Event { command: Some(number), event: Event::Command { .. } } => {
+            ReportKind::Event { command: Some(number), event: Event::Command { .. } } => {
                 meant(session.device_mut(), *number).or(meaning)
             }
             _ => meaning,
         };
         let line = session.device();
         let explain = |command: &[u8]| meaning.clone().unwrap_or_else(|| line.explain(command));
-        if matches!(report.what, What::Event { .. } | What::News(_)) {
+        if matches!(report.what, ReportKind::Event { .. } | ReportKind::News(_)) {
             ear.report(&report, &explain);
         }
         if let Some(recorder) = recorder {
@@ -129,7 +129,7 @@ impl Live {
 
     /// The bytes of one instant leave in one piece.
     fn send(&mut self, at: Time, bytes: Bytes) {
-        self.report(at, What::Sent { bytes: bytes.clone() }, None);
+        self.report(at, ReportKind::Sent { bytes: bytes.clone() }, None);
         match self.sent.back_mut() {
             Some((last, piece)) if *last == at => *piece = [&piece[..], &bytes[..]].concat().into(),
             _ => self.sent.push_back((at, bytes)),
@@ -141,7 +141,7 @@ impl Live {
 
     fn watch(&mut self) {
         let inputs = self.recorder.is_some();
-        self.session.set_wants(Some(Wants { kinds: Kinds::ALL, inputs, sent: false }));
+        self.session.set_wants(Some(EventFilter { kinds: Kinds::ALL, inputs, sent: false }));
     }
 
     /// Everything is recorded from now on.

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Names, OwnedInput, Time};
-use vimc4_session::{Clock, News, Report, What as Told};
+use vimc4_session::{Clock, LineEvent, Report, ReportKind};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
 use crate::kept::Kept;
@@ -58,27 +58,27 @@ impl Recorder {
         if self.lines.len() > MOST {
             return;
         }
-        if !matches!(report.what, Told::News(_) | Told::Event { .. }) {
+        if !matches!(report.what, ReportKind::News(_) | ReportKind::Event { .. }) {
             self.put_news(at);
         }
         match &report.what {
-            Told::Input { by, input: OwnedInput::Bytes(bytes) } => {
+            ReportKind::Input { by, input: OwnedInput::Bytes(bytes) } => {
                 Entry::put_given_bytes(&mut self.lines, at, bytes, &by.to_string());
             }
-            Told::Input { by, input } => {
+            ReportKind::Input { by, input } => {
                 let given = Given::of(input, || self.names.clone());
                 self.put(at, What::Given { by: by.to_string().into(), given });
             }
-            Told::Sent { bytes } => Entry::put_sent(&mut self.lines, at, bytes),
-            Told::State { by, state } => {
+            ReportKind::Sent { bytes } => Entry::put_sent(&mut self.lines, at, bytes),
+            ReportKind::State { by, state } => {
                 let by = by.as_ref().map(|by| by.to_string().into());
                 self.put(at, What::State { by, state: state.clone() });
             }
-            Told::Stands { causes } => self.put(at, What::Stands(*causes)),
-            Told::Goes => self.put(at, What::Goes),
+            ReportKind::Stands { causes } => self.put(at, What::Stands(*causes)),
+            ReportKind::Goes => self.put(at, What::Goes),
             // What was done follows, with who has done it.
-            Told::News(News::Deed { .. } | News::NoEffect { .. }) => {}
-            Told::News(news) => {
+            ReportKind::News(LineEvent::Deed { .. } | LineEvent::NoEffect { .. }) => {}
+            ReportKind::News(news) => {
                 // News can always be written.
                 self.news.push((at, serde_json::to_value(news).unwrap_or_default()));
             }

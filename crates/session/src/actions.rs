@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use vimc4_device::{Deed, Device, Input, Kinds, Time};
 
 use crate::engine::Engine;
-use crate::{Effect, News, Source};
+use crate::{Effect, LineEvent, Source};
 
 impl<D: Device> Engine<D> {
     /// Performs an operator action, and reports it, and whether it had no effect.
@@ -24,7 +24,7 @@ impl<D: Device> Engine<D> {
         let effect = self.effect(by, inputs, at);
         if is_reported && let Effect::Nothing { why } = effect {
             let by = by.clone();
-            self.report_news(at, News::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
+            self.report_news(at, LineEvent::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
         }
         effect
     }
@@ -106,7 +106,7 @@ impl<D: Device> Engine<D> {
                 "there is nothing that it could end"
             };
             let by = by.clone();
-            self.report_news(at, News::NoEffect { by, deed, why: Some(why.into()) });
+            self.report_news(at, LineEvent::NoEffect { by, deed, why: Some(why.into()) });
         }
     }
 }

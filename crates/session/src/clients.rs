@@ -7,7 +7,7 @@ use bytes::Bytes;
 
 use crate::line_feeds::LineFeeds;
 use crate::partial_line::PartialLine;
-use crate::{News, Source};
+use crate::{LineEvent, Source};
 
 /// The clients of a line, as far as their transports report them, and the partial line of one of
 /// them.
@@ -48,7 +48,7 @@ impl LineClients {
     }
 
     /// A client sends on a transport. Returns the event for it, if another client sent before.
-    pub(crate) fn speaks(&mut self, label: &Arc<str>) -> Option<News> {
+    pub(crate) fn speaks(&mut self, label: &Arc<str>) -> Option<LineEvent> {
         let source = self.source(label);
         if self.speaker.as_ref() == Some(&source) {
             return None;
@@ -56,7 +56,7 @@ impl LineClients {
         let news = match &source {
             Source::Client { client, .. } => {
                 let client = client.as_deref().unwrap_or("a client").to_owned();
-                Some(News::Speaks { transport: Arc::clone(label), client })
+                Some(LineEvent::Speaks { transport: Arc::clone(label), client })
             }
             Source::Controls(_) => None,
         };
@@ -65,23 +65,23 @@ impl LineClients {
     }
 
     /// A client opens or closes the line. Returns the event for the partial line left behind.
-    pub(crate) fn open_or_close(&mut self, news: &News) -> Option<News> {
+    pub(crate) fn open_or_close(&mut self, news: &LineEvent) -> Option<LineEvent> {
         let source = |transport: &Arc<str>, client: &String| Source::Client {
             transport: Arc::clone(transport),
             client: Some(client.as_str().into()),
         };
         let (transport, half) = match news {
             // An observer sends nothing.
-            News::Opened { observes: true, .. } | News::Closed { observes: true, .. } => {
+            LineEvent::Opened { observes: true, .. } | LineEvent::Closed { observes: true, .. } => {
                 return None;
             }
-            News::Opened { transport, client, .. } => {
+            LineEvent::Opened { transport, client, .. } => {
                 self.feeds.begin();
                 let half = self.partial.client_opens(transport, &self.open);
                 self.open.push(source(transport, client));
                 (transport, half)
             }
-            News::Closed { transport, client, .. } => {
+            LineEvent::Closed { transport, client, .. } => {
                 let gone = source(transport, client);
                 if let Some(place) = self.open.iter().position(|source| *source == gone) {
                     self.open.remove(place);
@@ -95,7 +95,7 @@ impl LineClients {
             _ => return None,
         };
         let transport = Arc::clone(transport);
-        half.map(|half| News::HalfLine { transport, half, spoils: false })
+        half.map(|half| LineEvent::HalfLine { transport, half, spoils: false })
     }
 
     // --- lines ---

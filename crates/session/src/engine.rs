@@ -10,7 +10,10 @@ use vimc4_device::{
 use crate::request::{Completion, RequestId};
 use crate::transmission::Transmission;
 use crate::waiters::Waiters;
-use crate::{BreakpointId, Breakpoints, ControlError, News, Pause, Source, Step, Wants, What};
+use crate::{
+    BreakpointId, Breakpoints, ControlError, EventFilter, LineEvent, Pause, ReportKind, Source,
+    Step,
+};
 
 /// An output of a [`Session`](crate::Session). The outputs come in the order in which things
 /// happened.
@@ -18,7 +21,7 @@ use crate::{BreakpointId, Breakpoints, ControlError, News, Pause, Source, Step, 
 pub enum SessionOutput {
     /// A report that somebody wants. It has the meaning of a command that the device can no longer
     /// [explain](Device::explain).
-    Report(Time, What, Option<String>),
+    Report(Time, ReportKind, Option<String>),
     /// The device sends bytes: those of one time in one piece.
     Bytes(Time, Bytes),
     /// The device stores something, which must be safe before later bytes leave.
@@ -45,7 +48,7 @@ pub(crate) struct Engine<D: Device> {
     pub(crate) waiters: Waiters,
     pub(crate) breakpoints: Breakpoints,
     /// The reports that somebody wants; `None` if nobody watches.
-    pub(crate) wants: Option<Wants>,
+    pub(crate) wants: Option<EventFilter>,
     /// Whether the flash memory outlives the device.
     pub(crate) keeps_flash: bool,
     /// How to take an input that the device has carried out by itself, if it can.
@@ -130,7 +133,7 @@ impl<D: Device> Engine<D> {
     // --- reports ---
 
     /// Reports are wanted of this from now on.
-    pub(crate) fn set_wants(&mut self, wants: Option<Wants>) {
+    pub(crate) fn set_wants(&mut self, wants: Option<EventFilter>) {
         self.wants = wants;
         self.update_kinds();
     }
@@ -151,14 +154,15 @@ impl<D: Device> Engine<D> {
         self.wants.is_some_and(|wants| wants.inputs)
     }
 
-    fn report(&mut self, at: Time, what: What) {
+    fn report(&mut self, at: Time, what: ReportKind) {
         self.outputs.push_back(SessionOutput::Report(at, what, None));
     }
 
     /// Keeps what reported commands mean, because an input may change that.
     fn keep_meanings(&mut self) {
         for output in &mut self.outputs {
-            if let SessionOutput::Report(_, What::Event { event, .. }, meaning @ None) = output
+            if let SessionOutput::Report(_, ReportKind::Event { event, .. }, meaning @ None) =
+                output
                 && let Event::Command { bytes, .. } = event
             {
                 *meaning = Some(self.device.explain(bytes));
@@ -172,18 +176,18 @@ impl<D: Device> Engine<D> {
             Deed::Byte(byte) => Some(self.device.explain(&[byte])),
             _ => None,
         };
-        let what = What::News(News::Deed { by: by.clone(), deed });
+        let what = ReportKind::News(LineEvent::Deed { by: by.clone(), deed });
         self.outputs.push_back(SessionOutput::Report(at, what, meaning));
     }
 
     /// Reports an event of the line, if anybody watches.
-    pub(crate) fn report_news(&mut self, at: Time, news: News) {
+    pub(crate) fn report_news(&mut self, at: Time, news: LineEvent) {
         if self.wants.is_some() {
-            self.report(at, What::News(news));
+            self.report(at, ReportKind::News(news));
         }
     }
 
-    fn report_input(&mut self, at: Time, what: impl FnOnce() -> What) {
+    fn report_input(&mut self, at: Time, what: impl FnOnce() -> ReportKind) {
         if self.are_inputs_wanted() {
             let what = what();
             self.report(at, what);
@@ -191,10 +195,10 @@ impl<D: Device> Engine<D> {
     }
 
     /// The reports with which a recording of the inputs begins.
-    pub(crate) fn beginning(&self) -> Vec<What> {
-        let state = What::State { by: None, state: self.written_state() };
+    pub(crate) fn beginning(&self) -> Vec<ReportKind> {
+        let state = ReportKind::State { by: None, state: self.written_state() };
         let left = self.is_anything_due();
-        let stands = What::Stands { causes: left.then_some(0) };
+        let stands = ReportKind::Stands { causes: left.then_some(0) };
         std::iter::once(state).chain(self.is_single_stepped().then_some(stands)).collect()
     }
 
@@ -204,7 +208,7 @@ impl<D: Device> Engine<D> {
             let (now, left) = (self.device.now(), self.is_anything_due());
             let (at, causes) = std::mem::replace(&mut self.performed, (now, 0));
             let causes = left.then_some(if at == now { causes } else { 0 });
-            self.report_input(now, || What::Stands { causes });
+            self.report_input(now, || ReportKind::Stands { causes });
         }
         self.is_settled = true;
     }
@@ -233,7 +237,7 @@ impl<D: Device> Engine<D> {
             self.keep_meanings();
         }
         if let Some(by) = by {
-            self.report_input(at, || What::Input { by: by.clone(), input: input.into() });
+            self.report_input(at, || ReportKind::Input { by: by.clone(), input: input.into() });
         }
         self.inputs += u64::from(input != Input::Wake);
         match (input, &mut self.unpowered) {
@@ -449,7 +453,10 @@ impl<D: Device> Engine<D> {
     /// Pauses time here, on request or at breakpoints.
     fn begin_pause(&mut self, by: Option<Source>, breakpoints: Vec<BreakpointId>) {
         let at = self.device.now();
-        self.report_news(at, News::Paused { by: by.clone(), breakpoints: breakpoints.clone() });
+        self.report_news(
+            at,
+            LineEvent::Paused { by: by.clone(), breakpoints: breakpoints.clone() },
+        );
         let pause = Pause { at, by, breakpoints };
         for id in std::mem::take(&mut self.pause_requests) {
             self.complete(id, Completion::Paused(pause.clone()));
@@ -469,7 +476,7 @@ impl<D: Device> Engine<D> {
     fn report_if_running(&mut self) {
         if !self.is_single_stepped() {
             self.pass_on();
-            self.report_input(self.device.now(), || What::Goes);
+            self.report_input(self.device.now(), || ReportKind::Goes);
         }
     }
 
@@ -481,7 +488,7 @@ impl<D: Device> Engine<D> {
     /// Lets time go on, beginning with the causes left at this instant. They may pause it again.
     pub(crate) fn resume(&mut self, by: &Source) {
         let now = self.device.now();
-        self.report_news(now, News::Resumed { by: by.clone() });
+        self.report_news(now, LineEvent::Resumed { by: by.clone() });
         self.pause = None;
         self.input_by_moments(Input::Wake, now, None);
         self.report_if_running();
@@ -572,7 +579,7 @@ impl<D: Device> Engine<D> {
             && *dropped > 0
         {
             let bytes = std::mem::take(dropped);
-            self.report_news(at, News::PowerWasOff { bytes });
+            self.report_news(at, LineEvent::PowerWasOff { bytes });
         }
     }
 
@@ -607,7 +614,7 @@ impl<D: Device> Engine<D> {
         self.update_kinds();
         self.update_power();
         if self.are_inputs_wanted() {
-            let what = What::State { by: Some(by.clone()), state: self.written_state() };
+            let what = ReportKind::State { by: Some(by.clone()), state: self.written_state() };
             self.report(at, what);
         }
     }
@@ -643,7 +650,7 @@ impl<D: Device> Engine<D> {
                 Output::Event(Stamp { at, command }, event) => {
                     self.send(&mut bytes_now);
                     if self.is_wanted(event.kind()) {
-                        self.report(at, What::Event { command, event });
+                        self.report(at, ReportKind::Event { command, event });
                     }
                 }
             }

@@ -35,7 +35,7 @@ pub use effect::{Effect, NO_MORE_FAULTS, NO_MORE_RULES, why_without_effect};
 pub use engine::SessionOutput;
 pub use error::ControlError;
 pub use pause::{Pause, Step};
-pub use report::{BreakpointId, Deed, News, Report, Sink, Source, Wants, What};
+pub use report::{BreakpointId, Deed, EventFilter, LineEvent, Report, ReportKind, Sink, Source};
 pub use request::{AdvanceRequest, Completion, Destination, Progress, RequestId, Work};
 pub use session::Session;
 pub use sinks::{SinkId, Sinks};

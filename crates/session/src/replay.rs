@@ -3,7 +3,7 @@
 use vimc4_device::{Deed, Device, Input, Time};
 
 use crate::session::Session;
-use crate::{News, Source, Step};
+use crate::{LineEvent, Source, Step};
 
 /// What has been done elsewhere is done again, one thing at a time.
 impl<D: Device> Session<D> {
@@ -31,7 +31,7 @@ impl<D: Device> Session<D> {
 
     /// The device has been put into another state, at `at`. Inputs that wait are discarded.
     pub fn state_changed(&mut self, by: &Source, at: Time) {
-        self.engine.report_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
+        self.engine.report_news(at, LineEvent::Deed { by: by.clone(), deed: Deed::Restore });
         self.engine.discard_pending();
         self.engine.state_changed(by, at);
         self.engine.drain();

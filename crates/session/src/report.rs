@@ -13,7 +13,7 @@ pub use vimc4_device::Deed;
 
 /// Something that went into a running controller, came out of it or happened on its line.
 ///
-/// Each can be written down and read again. The [states](What::State) and [inputs](What::Input) of a
+/// Each can be written down and read again. The [states](ReportKind::State) and [inputs](ReportKind::Input) of a
 /// controller, in their order, are a recording: a device that is put into the state and is given
 /// the inputs at their times does all the rest again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,14 +23,14 @@ pub struct Report {
     /// The model time. What goes in has the one time at which it was handled.
     pub at: Time,
     /// What.
-    pub what: What,
+    pub what: ReportKind,
 }
 
 /// What a [`Report`] tells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum What {
+pub enum ReportKind {
     /// Something goes into the device. The passing of time is reported where it was ordered, once
     /// it has passed.
     Input {
@@ -47,7 +47,7 @@ pub enum What {
         /// The device's [state](vimc4_device::Device::State), as it is written down.
         state: serde_json::Value,
     },
-    /// The device is led cause by cause, because its time is [paused](News::Paused) or may be by a
+    /// The device is led cause by cause, because its time is [paused](LineEvent::Paused) or may be by a
     /// breakpoint, and has come so far: everything is done that was due before, and of what is due at
     /// this very instant so many causes, counted from the last of these reports, inputs or states at
     /// it; `None` if all of it is. It is told whenever something has been done. What else is due is
@@ -71,7 +71,7 @@ pub enum What {
         event: Event,
     },
     /// Somebody came or went, or bytes were lost on the way.
-    News(News),
+    News(LineEvent),
     /// This watcher was too slow: so many reports, of this and later times, are missing here.
     Missed {
         /// How many.
@@ -84,16 +84,16 @@ impl Report {
     #[must_use]
     pub fn event(&self) -> Option<&Event> {
         match &self.what {
-            What::Event { event, .. } => Some(event),
+            ReportKind::Event { event, .. } => Some(event),
             _ => None,
         }
     }
 
     /// The news that it tells.
     #[must_use]
-    pub fn news(&self) -> Option<&News> {
+    pub fn news(&self) -> Option<&LineEvent> {
         match &self.what {
-            What::News(news) => Some(news),
+            ReportKind::News(news) => Some(news),
             _ => None,
         }
     }
@@ -131,7 +131,7 @@ impl fmt::Display for Source {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum News {
+pub enum LineEvent {
     /// A client opened the line.
     Opened {
         /// The transport, by its label.
@@ -308,7 +308,7 @@ pub enum News {
 
 /// The reports that a sink wants, besides the news. Reports that no sink wants are not produced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wants {
+pub struct EventFilter {
     /// Kinds of events of the device.
     pub kinds: Kinds,
     /// What goes in, and the states from which that begins.
@@ -317,29 +317,30 @@ pub struct Wants {
     pub sent: bool,
 }
 
-impl Wants {
+impl EventFilter {
     /// Everything.
-    pub const ALL: Wants = Wants { kinds: Kinds::ALL, inputs: true, sent: true };
+    pub const ALL: EventFilter = EventFilter { kinds: Kinds::ALL, inputs: true, sent: true };
     /// Everything needed to repeat a run, and nothing that follows from it.
-    pub const INPUTS: Wants = Wants { kinds: Kinds::NONE, inputs: true, sent: false };
+    pub const INPUTS: EventFilter = EventFilter { kinds: Kinds::NONE, inputs: true, sent: false };
 
     /// Whether a report is wanted. Events of the line always are.
     #[must_use]
-    pub fn include(&self, what: &What) -> bool {
+    pub fn include(&self, what: &ReportKind) -> bool {
         match what {
-            What::Input { .. } | What::State { .. } | What::Stands { .. } | What::Goes => {
-                self.inputs
-            }
-            What::Sent { .. } => self.sent,
-            What::Event { event, .. } => self.kinds.contain(event.kind()),
-            What::News(_) | What::Missed { .. } => true,
+            ReportKind::Input { .. }
+            | ReportKind::State { .. }
+            | ReportKind::Stands { .. }
+            | ReportKind::Goes => self.inputs,
+            ReportKind::Sent { .. } => self.sent,
+            ReportKind::Event { event, .. } => self.kinds.contain(event.kind()),
+            ReportKind::News(_) | ReportKind::Missed { .. } => true,
         }
     }
 
     /// Everything that at least one of the two wants.
     #[must_use]
-    pub fn and(self, other: Wants) -> Wants {
-        Wants {
+    pub fn and(self, other: EventFilter) -> EventFilter {
+        EventFilter {
             kinds: self.kinds.and(other.kinds),
             inputs: self.inputs || other.inputs,
             sent: self.sent || other.sent,
@@ -354,7 +355,7 @@ impl Wants {
 /// queues.
 pub trait Sink: Send {
     /// The reports it wants; asked once.
-    fn wants(&self) -> Wants;
+    fn wants(&self) -> EventFilter;
 
     /// Something happened. `explain` puts a command in the words people use, see
     /// [`Device::explain`](vimc4_device::Device::explain).

@@ -10,7 +10,7 @@ use vimc4_device::{
 };
 
 use crate::session::Session;
-use crate::{ControlError, Effect, NO_MORE_FAULTS, NO_MORE_RULES, News, Source};
+use crate::{ControlError, Effect, LineEvent, NO_MORE_FAULTS, NO_MORE_RULES, Source};
 
 /// Requests.
 impl<D: Device> Session<D> {
@@ -100,14 +100,14 @@ impl<D: Device> Session<D> {
             self.engine.pass_time(at);
         }
         if self.engine.is_wanted(Kinds::COMMAND) {
-            self.report(at, News::Deed { by: by.clone(), deed: Deed::Restore });
+            self.report(at, LineEvent::Deed { by: by.clone(), deed: Deed::Restore });
         }
         self.engine.report_dropped_bytes(at);
         self.continue_from(wall, by, at, state);
     }
 
     /// Reports an event of the line.
-    pub fn report(&mut self, at: Time, news: News) {
+    pub fn report(&mut self, at: Time, news: LineEvent) {
         self.engine.report_news(at, news);
     }
 
@@ -116,7 +116,7 @@ impl<D: Device> Session<D> {
     pub fn end(&mut self, at: Time) {
         self.engine.release();
         self.engine.report_dropped_bytes(at);
-        self.report(at, News::Ends);
+        self.report(at, LineEvent::Ends);
         self.engine.settle();
     }
 
@@ -153,7 +153,7 @@ impl<D: Device> Session<D> {
         self.take_bytes(transport, bytes, at);
         if let Some(right) = self.clients.wrong_line_end(bytes) {
             let transport = Arc::clone(transport);
-            self.report(at, News::LineFeed { transport, right: right.into() });
+            self.report(at, LineEvent::LineFeed { transport, right: right.into() });
         }
         self.engine.fail_unreachable_waiters();
     }
@@ -171,26 +171,26 @@ impl<D: Device> Session<D> {
         wall: Duration,
         transport: &Arc<str>,
         client_baud: Option<u32>,
-        news: News,
+        news: LineEvent,
     ) {
         let at = self.present(wall);
         let news = match news {
-            News::WrongSpeed { transport, client, line, .. } => {
+            LineEvent::WrongSpeed { transport, client, line, .. } => {
                 let noise = self.has_physics;
-                News::WrongSpeed { transport, client, line, noise }
+                LineEvent::WrongSpeed { transport, client, line, noise }
             }
             news => news,
         };
         match news {
-            News::Closed { observes: false, .. } => self.sync_baud(transport, at, None),
-            News::Opened { observes: false, .. } | News::WrongSpeed { .. } => {
+            LineEvent::Closed { observes: false, .. } => self.sync_baud(transport, at, None),
+            LineEvent::Opened { observes: false, .. } | LineEvent::WrongSpeed { .. } => {
                 self.sync_baud(transport, at, client_baud);
             }
             _ => {}
         }
         let partial = self.clients.open_or_close(&news);
         // A client that opens the line reads what it will find, and of one that closes it what it left.
-        let opens = matches!(news, News::Opened { .. });
+        let opens = matches!(news, LineEvent::Opened { .. });
         let (first, second) = if opens { (partial, Some(news)) } else { (Some(news), partial) };
         for news in first.into_iter().chain(second) {
             self.report(at, news);
@@ -229,7 +229,7 @@ impl<D: Device> Session<D> {
     fn take_bytes(&mut self, transport: &Arc<str>, bytes: &[u8], at: Time) {
         let Session { engine, clients, .. } = self;
         let half_line =
-            |half, spoils| News::HalfLine { transport: Arc::clone(transport), half, spoils };
+            |half, spoils| LineEvent::HalfLine { transport: Arc::clone(transport), half, spoils };
         if !clients.track_lines() {
             return engine.send_bytes(bytes, at, || clients.source(transport));
         }

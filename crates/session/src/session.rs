@@ -10,7 +10,9 @@ use crate::clients::LineClients;
 use crate::engine::{Engine, SessionOutput};
 use crate::pace::Pace;
 use crate::request::{AdvanceRequest, Completion, Destination, Progress, RequestId, Work};
-use crate::{BreakpointId, BreakpointView, Clock, ControlError, Pause, Source, Step, Wants, What};
+use crate::{
+    BreakpointId, BreakpointView, Clock, ControlError, EventFilter, Pause, ReportKind, Source, Step,
+};
 
 /// How many causes are looked ahead for a caller that waits while time runs by itself. A condition
 /// that is not decided by then is waited for.
@@ -82,7 +84,7 @@ impl<D: Device> Session<D> {
     }
 
     /// The reports that are wanted from now on; `None` if nobody watches.
-    pub fn set_wants(&mut self, wants: Option<Wants>) {
+    pub fn set_wants(&mut self, wants: Option<EventFilter>) {
         self.engine.set_wants(wants);
     }
 
@@ -176,7 +178,7 @@ impl<D: Device> Session<D> {
     }
 
     /// The reports with which a recording of the inputs begins.
-    pub fn beginning(&self) -> Vec<What> {
+    pub fn beginning(&self) -> Vec<ReportKind> {
         self.engine.beginning()
     }
 

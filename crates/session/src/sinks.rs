@@ -5,7 +5,7 @@ use std::task::{Context, Poll, Waker};
 
 use vimc4_device::Time;
 
-use crate::{Report, Sink, Wants, What};
+use crate::{EventFilter, Report, ReportKind, Sink};
 
 /// The number of a sink, to detach it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct Sinks {
     /// The number of the last sink.
     last: u64,
     /// What they want together; `None` if there is none.
-    wants: Option<Wants>,
+    wants: Option<EventFilter>,
     /// When one of them wants to know that time has passed.
     due: Option<Time>,
     /// Whether one of them could take no more when it was asked last.
@@ -29,7 +29,7 @@ pub struct Sinks {
 
 struct AttachedSink {
     id: SinkId,
-    wants: Wants,
+    wants: EventFilter,
     sink: Box<dyn Sink>,
 }
 
@@ -41,7 +41,7 @@ impl Sinks {
 
     /// The reports that they want together; `None` if there are no sinks.
     #[must_use]
-    pub fn wants(&self) -> Option<Wants> {
+    pub fn wants(&self) -> Option<EventFilter> {
         self.wants
     }
 
@@ -50,7 +50,7 @@ impl Sinks {
         &mut self,
         mut sink: Box<dyn Sink>,
         at: Time,
-        beginning: impl FnOnce() -> Vec<What>,
+        beginning: impl FnOnce() -> Vec<ReportKind>,
         explain: &dyn Fn(&[u8]) -> String,
     ) -> SinkId {
         let wants = sink.wants();
@@ -83,7 +83,12 @@ impl Sinks {
 
     /// Passes a report to the sinks that want it, and detaches those that have enough. Returns
     /// whether less is wanted from now on.
-    pub fn report(&mut self, at: Time, what: What, explain: &dyn Fn(&[u8]) -> String) -> bool {
+    pub fn report(
+        &mut self,
+        at: Time,
+        what: ReportKind,
+        explain: &dyn Fn(&[u8]) -> String,
+    ) -> bool {
         let report = Report { controller: Arc::clone(&self.name), at, what };
         let (mut has_enough, mut due) = (false, None);
         for AttachedSink { wants, sink, .. } in &mut self.attached {
@@ -158,7 +163,7 @@ impl Sinks {
     fn update(&mut self) {
         self.update_due();
         let wants = self.attached.iter().map(|attached| attached.wants);
-        self.wants = wants.reduce(Wants::and);
+        self.wants = wants.reduce(EventFilter::and);
     }
 }
 

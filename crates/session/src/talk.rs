@@ -5,7 +5,7 @@ use std::fmt;
 use vimc4_device::{CommandNumber, Event, Kinds, Time, Warning};
 use vimc4_journal::words::{self, Excerpt, Words};
 
-use crate::report::{BreakpointId, News, Report, Wants, What};
+use crate::report::{BreakpointId, EventFilter, LineEvent, Report, ReportKind};
 
 /// Who is told of a conversation, line by line.
 pub trait Teller {
@@ -65,7 +65,7 @@ impl Talk {
 
     /// The reports that it puts into words.
     #[must_use]
-    pub fn wants(&self) -> Wants {
+    pub fn wants(&self) -> EventFilter {
         let kinds = match self.verbosity {
             Verbosity::Warnings => Kinds::WARNING,
             Verbosity::Conversation => Kinds::COMMAND
@@ -75,7 +75,7 @@ impl Talk {
                 .and(Kinds::FAULT)
                 .and(Kinds::WARNING),
         };
-        Wants { kinds, ..Wants::default() }
+        EventFilter { kinds, ..EventFilter::default() }
     }
 
     /// Tells what a report says, if it is to be told. `explain` puts a command in the words people use.
@@ -87,15 +87,15 @@ impl Talk {
     ) {
         let at = report.at;
         match &report.what {
-            What::Event { command, event } => self.event(at, *command, event, explain, to),
-            What::News(news) => self.news(at, news, explain, to),
+            ReportKind::Event { command, event } => self.event(at, *command, event, explain, to),
+            ReportKind::News(news) => self.news(at, news, explain, to),
             _ => {}
         }
     }
 
     /// Takes note of a command that was told elsewhere, so that its answer is shown with it.
     pub fn heard(&mut self, report: &Report) {
-        if let What::Event { command: Some(number), event: Event::Command { bytes, .. } } =
+        if let ReportKind::Event { command: Some(number), event: Event::Command { bytes, .. } } =
             &report.what
         {
             self.words.heard(report.at, *number, bytes);
@@ -140,34 +140,34 @@ impl Talk {
     fn news(
         &mut self,
         at: Time,
-        news: &News,
+        news: &LineEvent,
         explain: &dyn Fn(&[u8]) -> String,
         to: &mut impl Teller,
     ) {
-        if let News::Opened { transport, .. } | News::Speaks { transport, .. } = news {
+        if let LineEvent::Opened { transport, .. } | LineEvent::Speaks { transport, .. } = news {
             transport.as_ref().clone_into(&mut self.speaker);
         }
         match news {
-            News::Deed { .. } | News::NoEffect { .. } | News::Speaks { .. }
+            LineEvent::Deed { .. } | LineEvent::NoEffect { .. } | LineEvent::Speaks { .. }
                 if self.verbosity == Verbosity::Warnings => {}
-            News::Deed { by, deed } => {
+            LineEvent::Deed { by, deed } => {
                 let text = words::deed(by, deed, explain);
                 to.line(at, format_args!("{text}"));
             }
-            News::NoEffect { why: Some(why), .. } => {
+            LineEvent::NoEffect { why: Some(why), .. } => {
                 to.line(at, format_args!("        no effect: {why}"));
             }
-            News::NoEffect { why: None, .. } => to.line(at, format_args!("        no effect")),
-            News::Speaks { transport, client } => {
+            LineEvent::NoEffect { why: None, .. } => to.line(at, format_args!("        no effect")),
+            LineEvent::Speaks { transport, client } => {
                 to.line(at, format_args!("{transport}: {client} speaks"));
             }
-            News::Opened { transport, client, observes }
+            LineEvent::Opened { transport, client, observes }
                 if self.verbosity == Verbosity::Conversation =>
             {
                 let observing = observing(*observes);
                 to.line(at, format_args!("{transport}: {client}{observing} opened the line"));
             }
-            News::Closed { transport, client, observes, taken_by }
+            LineEvent::Closed { transport, client, observes, taken_by }
                 if self.verbosity == Verbosity::Conversation =>
             {
                 let text = match taken_by {
@@ -176,36 +176,41 @@ impl Talk {
                 };
                 to.line(at, format_args!("{transport}: {text}"));
             }
-            News::HostLine { transport, line, on } if self.verbosity == Verbosity::Conversation => {
+            LineEvent::HostLine { transport, line, on }
+                if self.verbosity == Verbosity::Conversation =>
+            {
                 let state = if *on { "on" } else { "off" };
                 to.line(at, format_args!("{transport}: the host has switched {line} {state}"));
             }
-            News::Ends if self.verbosity == Verbosity::Conversation => {
+            LineEvent::Ends if self.verbosity == Verbosity::Conversation => {
                 to.line(at, format_args!("the controller ends, as if its power were switched off"));
             }
-            News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } | News::Ends => {}
-            News::Refused { transport, client, holder } => to.warn(
+            LineEvent::Opened { .. }
+            | LineEvent::Closed { .. }
+            | LineEvent::HostLine { .. }
+            | LineEvent::Ends => {}
+            LineEvent::Refused { transport, client, holder } => to.warn(
                 at,
                 "clients that were refused",
                 transport,
                 0,
                 format_args!("{transport}: refused {client}, because {holder} holds the line"),
             ),
-            News::Unheard { transport, client } => to.warn(
+            LineEvent::Unheard { transport, client } => to.warn(
                 at,
                 "observers that have sent something",
                 transport,
                 0,
                 format_args!("{transport}: {client} only observes, what it sends is ignored"),
             ),
-            News::Lost { transport, bytes } => to.warn(
+            LineEvent::Lost { transport, bytes } => to.warn(
                 at,
                 "answers that were not read",
                 transport,
                 *bytes,
                 format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
-            News::WrongSpeed { transport, client, line, noise } => {
+            LineEvent::WrongSpeed { transport, client, line, noise } => {
                 let heard = match noise {
                     true => "it hears noise, and so does the client",
                     false => "a real one would hear noise",
@@ -221,7 +226,7 @@ impl Talk {
                     ),
                 );
             }
-            News::WrongParity { transport, parity } => to.warn(
+            LineEvent::WrongParity { transport, parity } => to.warn(
                 at,
                 "changes of the parity",
                 transport,
@@ -231,7 +236,7 @@ impl Talk {
                      real one would hear noise"
                 ),
             ),
-            News::WrongDataBits { transport, bits } => to.warn(
+            LineEvent::WrongDataBits { transport, bits } => to.warn(
                 at,
                 "changes of the data bits",
                 transport,
@@ -241,7 +246,7 @@ impl Talk {
                      real one would hear noise"
                 ),
             ),
-            News::Shared { transport, programs } => to.warn(
+            LineEvent::Shared { transport, programs } => to.warn(
                 at,
                 "programs at one port",
                 transport,
@@ -251,7 +256,7 @@ impl Talk {
                      other; close all but one"
                 ),
             ),
-            News::HalfLine { transport, half, spoils: false } => to.warn(
+            LineEvent::HalfLine { transport, half, spoils: false } => to.warn(
                 at,
                 "half lines",
                 transport,
@@ -262,7 +267,7 @@ impl Talk {
                     Excerpt(half)
                 ),
             ),
-            News::HalfLine { transport, half, spoils: true } => to.warn(
+            LineEvent::HalfLine { transport, half, spoils: true } => to.warn(
                 at,
                 "commands after half lines",
                 transport,
@@ -273,32 +278,32 @@ impl Talk {
                     Excerpt(half)
                 ),
             ),
-            News::LineFeed { transport, right } => to.warn(
+            LineEvent::LineFeed { transport, right } => to.warn(
                 at,
                 "clients that end their lines with LF alone",
                 transport,
                 0,
                 format_args!("{transport}: LF alone ends no command; {right}"),
             ),
-            News::Gone { transport, error } => to.line(
+            LineEvent::Gone { transport, error } => to.line(
                 at,
                 format_args!("{transport} is gone ({error}); it is opened again when it is back"),
             ),
-            News::Back { transport } => to.line(at, format_args!("{transport} is back")),
-            News::PowerWasOff { bytes } => to.line(
+            LineEvent::Back { transport } => to.line(at, format_args!("{transport} is back")),
+            LineEvent::PowerWasOff { bytes } => to.line(
                 at,
                 format_args!("the power was off: {} lost, nobody heard what came", count(*bytes)),
             ),
-            News::Paused { by: Some(by), .. } => {
+            LineEvent::Paused { by: Some(by), .. } => {
                 to.line(at, format_args!("{by}: time is paused"));
             }
-            News::Paused { by: None, breakpoints } => {
+            LineEvent::Paused { by: None, breakpoints } => {
                 for BreakpointId(number) in breakpoints {
                     to.line(at, format_args!("time is paused at breakpoint {number}"));
                 }
             }
-            News::Resumed { by } => to.line(at, format_args!("{by}: time goes on")),
-            News::FlashMended { file, what } => {
+            LineEvent::Resumed { by } => to.line(at, format_args!("{by}: time goes on")),
+            LineEvent::FlashMended { file, what } => {
                 to.line(at, format_args!("flash file {file}: {what}"));
             }
         }

@@ -9,8 +9,8 @@ use vimc4_device::{
     ModemLine, Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
 };
 use vimc4_host::{
-    BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, Journey,
-    MemoryPort, Modem, Pause, Pending, Sink, SinkId, Source, Step, unix_lines,
+    BreakpointId, BreakpointView, Clock, ControlError, Effect, Handle, HostLines, MemoryPort,
+    Modem, Pause, Pending, Sink, SinkId, Source, Step, TimeAdvance, unix_lines,
 };
 
 use vimc4_coverage::Coverage;
@@ -188,17 +188,17 @@ impl Control {
     }
 
     /// Moves time forward, with the clocks that do not run by themselves.
-    pub fn advance(&self, span: Duration) -> Journey {
+    pub fn advance(&self, span: Duration) -> TimeAdvance {
         self.handle.advance(span)
     }
 
     /// Lets time pass until the controller does nothing any more.
-    pub fn run_until_idle(&self) -> Journey {
+    pub fn run_until_idle(&self) -> TimeAdvance {
         self.run_until(Condition::Idle)
     }
 
     /// Lets time pass up to the first instant at which the condition holds.
-    pub fn run_until(&self, condition: Condition) -> Journey {
+    pub fn run_until(&self, condition: Condition) -> TimeAdvance {
         self.handle.run_until(condition)
     }
 

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use thiserror::Error;
 use vimc4_catalogue::Model;
 use vimc4_coverage::{Collector, Coverage, CoverageError};
-use vimc4_host::{Report, Sink, Wants, What, is_at};
+use vimc4_host::{EventFilter, Report, ReportKind, Sink, is_at};
 
 /// What was met, shared with the [`Counter`] that fills it.
 #[derive(Clone, Debug)]
@@ -41,12 +41,12 @@ impl Tally {
 pub(crate) struct Counter(Tally);
 
 impl Sink for Counter {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Collector::KINDS, ..Wants::default() }
+    fn wants(&self) -> EventFilter {
+        EventFilter { kinds: Collector::KINDS, ..EventFilter::default() }
     }
 
     fn report(&mut self, report: &Report, _: &dyn Fn(&[u8]) -> String) {
-        if let What::Event { event, .. } = &report.what {
+        if let ReportKind::Event { event, .. } = &report.what {
             self.0.lock().see(event);
         }
     }

@@ -94,9 +94,9 @@ pub use vimc4_device::{
     Way, When, escape, parse_duration, settable,
 };
 pub use vimc4_host::{
-    BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,
-    Journey, MemoryPort, News, Pause, Pending, Progress, Rate, Report, Reports, Sink, SinkId,
-    Source, Step, SuppressedWarnings, Tap, Traffic, Verbosity, Wants, What, Worker,
+    BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, EventFilter,
+    HostLines, LineEvent, MemoryPort, Pause, Pending, Progress, Rate, Report, ReportKind, Reports,
+    Sink, SinkId, Source, Step, SuppressedWarnings, Tap, TimeAdvance, Traffic, Verbosity, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};

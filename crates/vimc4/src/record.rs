@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use bytes::Bytes;
 use tokio::sync::oneshot;
 use vimc4_device::{CommandNumber, Deed, Event, Kinds, Names, Stamp, Time, is_mnemonic};
-use vimc4_host::{ControlError, News, Report, Sink, Wants, What};
+use vimc4_host::{ControlError, EventFilter, LineEvent, Report, ReportKind, Sink};
 use vimc4_journal::expect::{Failure, Mistake, Watch};
 use vimc4_journal::{Journal, Picture};
 
@@ -378,13 +378,13 @@ impl Drop for Recorder {
 }
 
 impl Sink for Recorder {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, ..Wants::default() }
+    fn wants(&self) -> EventFilter {
+        EventFilter { kinds: Kinds::ALL, ..EventFilter::default() }
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         match &report.what {
-            What::Event { command, event } => {
+            ReportKind::Event { command, event } => {
                 let stamp = Stamp { at: report.at, command: *command };
                 let mut means = Arc::from("");
                 let mut memory = self.0.lock();
@@ -402,7 +402,7 @@ impl Sink for Recorder {
                 }
                 memory.keep(stamp, event.clone(), means);
             }
-            What::News(News::Deed { by, deed }) => {
+            ReportKind::News(LineEvent::Deed { by, deed }) => {
                 let means = match deed {
                     Deed::Byte(byte) => explain(&[*byte]),
                     _ => String::new(),

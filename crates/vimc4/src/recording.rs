@@ -23,7 +23,7 @@ use serde_json::Value;
 use thiserror::Error;
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Names, OwnedInput, Time};
-use vimc4_host::{News, Report, Sink, Source, Wants};
+use vimc4_host::{EventFilter, LineEvent, Report, Sink, Source};
 use vimc4_journal::expect::Failure;
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
@@ -451,14 +451,14 @@ impl Sheet {
     }
 
     fn report(&mut self, report: &Report) {
-        use vimc4_host::What as Told;
+        use vimc4_host::ReportKind;
         let at = report.at;
-        if !matches!(report.what, Told::News(_)) {
+        if !matches!(report.what, ReportKind::News(_)) {
             self.told = at;
             self.put_news(at);
         }
         match &report.what {
-            Told::Input { by, input } => {
+            ReportKind::Input { by, input } => {
                 let by = self.by(by);
                 if self.file.is_none() {
                     return;
@@ -470,30 +470,30 @@ impl Sheet {
                 let given = Given::of(input, || self.names.clone());
                 self.put(at, What::Given { by, given });
             }
-            Told::Sent { bytes } => {
+            ReportKind::Sent { bytes } => {
                 if self.file.is_some() {
                     Entry::put_sent(&mut self.lines, at, bytes);
                 }
                 // It leaves when this returns.
                 self.write();
             }
-            Told::State { by, state } => {
+            ReportKind::State { by, state } => {
                 let by = by.as_ref().map(|by| self.by(by));
                 self.put(at, What::State { by, state: state.clone() });
                 self.write();
             }
-            Told::Stands { causes } => {
+            ReportKind::Stands { causes } => {
                 self.led = true;
                 self.put(at, What::Stands(*causes));
             }
-            Told::Goes => {
+            ReportKind::Goes => {
                 self.led = false;
                 self.put(at, What::Goes);
             }
-            Told::News(News::Ends) => self.ends = true,
+            ReportKind::News(LineEvent::Ends) => self.ends = true,
             // What was done follows, with who has done it.
-            Told::News(News::Deed { .. } | News::NoEffect { .. }) => {}
-            Told::News(news) => {
+            ReportKind::News(LineEvent::Deed { .. } | LineEvent::NoEffect { .. }) => {}
+            ReportKind::News(news) => {
                 // News can always be written.
                 self.news.push((at, serde_json::to_value(news).unwrap_or_default()));
             }
@@ -530,8 +530,8 @@ impl Sheet {
 pub(crate) struct Recorder(pub(crate) RecordingFile);
 
 impl Sink for Recorder {
-    fn wants(&self) -> Wants {
-        Wants { inputs: true, sent: true, ..Wants::default() }
+    fn wants(&self) -> EventFilter {
+        EventFilter { inputs: true, sent: true, ..EventFilter::default() }
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {

@@ -42,7 +42,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
 use vimc4_device::{Fault, Line, TimedInput};
-use vimc4_host::{Clock, Report, Sink, Wants, What};
+use vimc4_host::{Clock, EventFilter, Report, ReportKind, Sink};
 
 pub use vimc4_sweep::*;
 
@@ -69,12 +69,12 @@ pub struct Trial {
 struct Given(Arc<Mutex<Vec<TimedInput>>>);
 
 impl Sink for Given {
-    fn wants(&self) -> Wants {
-        Wants::INPUTS
+    fn wants(&self) -> EventFilter {
+        EventFilter::INPUTS
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
-        if let What::Input { input, .. } = &report.what {
+        if let ReportKind::Input { input, .. } = &report.what {
             let given = TimedInput { at: report.at, input: input.clone() };
             // Every entry is whole at any time.
             self.0.lock().unwrap_or_else(PoisonError::into_inner).push(given);

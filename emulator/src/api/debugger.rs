@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::Value;
-use vimc4::{Control, Report, Sink, What};
+use vimc4::{Control, Report, ReportKind, Sink};
 use vimc4_answers::past;
 use vimc4_api::{Debugging, Goal, Memory, Past, Reined, Reins};
 use vimc4_debug::{Wired, uninterrupted};
@@ -66,11 +66,11 @@ fn remembered(mut line: Wired, past: &Past) -> Option<History<Wired>> {
     history.watch(Kinds::ALL);
     for Report { at, what, .. } in &past.since {
         match what {
-            What::Input { input, .. } => {
+            ReportKind::Input { input, .. } => {
                 history.run_to(*at);
                 history.give(input.as_input());
             }
-            What::State { by, state: written } => {
+            ReportKind::State { by, state: written } => {
                 history.run_to(*at);
                 history.leave(history.present());
                 let by = by.as_ref().map_or_else(String::new, |by| format!(" by {by}"));

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use serde_json::{Value, json};
-use vimc4::{News, RecordingFile, recording_head};
+use vimc4::{LineEvent, RecordingFile, recording_head};
 use vimc4_catalogue::{Controller, Machine, Model};
 use vimc4_device::{Device, Line, Names, Time};
 use vimc4_timeline::recording::{Entry, Given, Player, WALL, What};
@@ -117,13 +117,13 @@ impl Tap {
             drop(client);
             let text = format!("{transport}: refused {name}, because {holder} holds the line");
             let _ = writeln!(io::stderr(), "{text}");
-            self.tell(&News::Refused { transport, client: name, holder });
+            self.tell(&LineEvent::Refused { transport, client: name, holder });
             return None;
         }
         let (ear, said) = sync_channel(WAITING);
         *client = Some(Holder { place: place.clone(), ear });
         // Before anything that it says.
-        self.tell(&News::Opened { transport, client: name, observes: false });
+        self.tell(&LineEvent::Opened { transport, client: name, observes: false });
         Some(said)
     }
 
@@ -137,7 +137,7 @@ impl Tap {
         let mut client = lock(&self.client);
         if let Some(Holder { place: Place { transport, client }, .. }) = client.take() {
             let client = client.to_string();
-            self.tell(&News::Closed { transport, client, observes: false, taken_by: None });
+            self.tell(&LineEvent::Closed { transport, client, observes: false, taken_by: None });
         }
         self.free.notify_one();
     }
@@ -154,7 +154,7 @@ impl Tap {
         let transport = client.as_ref().map(|client| Arc::clone(&client.place.transport));
         drop(client);
         if let Some(transport) = transport.filter(|_| lost) {
-            self.tell(&News::Lost { transport, bytes: bytes.len() as u64 });
+            self.tell(&LineEvent::Lost { transport, bytes: bytes.len() as u64 });
         }
     }
 
@@ -167,7 +167,7 @@ impl Tap {
         tape.add(now, What::Mark(text.to_owned()));
     }
 
-    fn tell(&self, news: &News) {
+    fn tell(&self, news: &LineEvent) {
         // News can always be written.
         self.news(serde_json::to_value(news).unwrap_or_default());
     }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use tokio::task::JoinSet;
 use tokio::time::timeout;
-use vimc4::{Clock, News, Report, Sink, Wants, What as Reported};
+use vimc4::{Clock, EventFilter, LineEvent, Report, ReportKind, Sink};
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Event, Input, Kinds, Motion, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Head, LineSort, What};
@@ -339,22 +339,22 @@ impl Watcher {
 }
 
 impl Sink for Watcher {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::MOTION, ..Wants::INPUTS }
+    fn wants(&self) -> EventFilter {
+        EventFilter { kinds: Kinds::MOTION, ..EventFilter::INPUTS }
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
         let at = report.at;
         self.active = at;
         match &report.what {
-            Reported::Input { input, .. } => {
+            ReportKind::Input { input, .. } => {
                 let bytes = match input.as_input() {
                     Input::Bytes(bytes) => bytes.len(),
                     _ => 0,
                 };
                 self.feed.tell(Message::Input(at, input.clone()), bytes + OVERHEAD);
             }
-            Reported::State { by, state } => {
+            ReportKind::State { by, state } => {
                 let by = by.as_ref().map(|by| by.to_string().into());
                 // Time goes on from that of the state, which may be an earlier one, in the middle of a
                 // motion.
@@ -363,14 +363,14 @@ impl Sink for Watcher {
                 let what = What::State { by, state: state.clone() };
                 self.feed.tell(Message::Entry(at, what), OVERHEAD);
             }
-            Reported::Stands { causes } => {
+            ReportKind::Stands { causes } => {
                 self.feed.tell(Message::Entry(at, What::Stands(*causes)), OVERHEAD);
             }
-            Reported::Goes => self.feed.tell(Message::Entry(at, What::Goes), OVERHEAD),
-            Reported::Event { event: Event::Motion(motion), .. } => {
+            ReportKind::Goes => self.feed.tell(Message::Entry(at, What::Goes), OVERHEAD),
+            ReportKind::Event { event: Event::Motion(motion), .. } => {
                 self.is_moving = !matches!(motion, Motion::Ends { .. });
             }
-            Reported::News(News::Ends) => {
+            ReportKind::News(LineEvent::Ends) => {
                 self.feed.pass(at);
                 self.feed.end();
             }

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use vimc4::{Emulator, Kinds, News, Report, Sink, Wants};
+use vimc4::{Emulator, EventFilter, Kinds, LineEvent, Report, Sink};
 
 pub(crate) use crate::limits::until as wait_until;
 use crate::limits::{InTime, LIMIT};
@@ -118,15 +118,15 @@ impl Counts {
 }
 
 impl Sink for Counts {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, ..Wants::default() }
+    fn wants(&self) -> EventFilter {
+        EventFilter { kinds: Kinds::ALL, ..EventFilter::default() }
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
         match report.news() {
-            Some(News::Closed { .. }) => self.closed.fetch_add(1, Ordering::SeqCst),
-            Some(News::Lost { .. }) => self.lost.fetch_add(1, Ordering::SeqCst),
-            Some(News::Shared { .. }) => self.shared.fetch_add(1, Ordering::SeqCst),
+            Some(LineEvent::Closed { .. }) => self.closed.fetch_add(1, Ordering::SeqCst),
+            Some(LineEvent::Lost { .. }) => self.lost.fetch_add(1, Ordering::SeqCst),
+            Some(LineEvent::Shared { .. }) => self.shared.fetch_add(1, Ordering::SeqCst),
             _ => 0,
         };
     }

@@ -58,7 +58,7 @@ pub use users::{User, Users};
 
 use vimc4_device::ModemLine;
 
-use crate::News;
+use crate::LineEvent;
 
 /// One way to a controller's line.
 ///
@@ -125,7 +125,7 @@ pub enum Received {
     /// A client has said all it will say, and listens.
     Finished,
     /// Something happened.
-    News(News),
+    News(LineEvent),
 }
 
 /// What became of bytes that were sent.

@@ -8,14 +8,14 @@ use tokio::sync::mpsc;
 use vimc4_device::ModemLine;
 
 use super::{Received, Sent, Transport};
-use crate::News;
+use crate::LineEvent;
 
 /// Modem lines without the bytes, which take their own way. The client's side is told of the device's
 /// lines and tells of DTR and RTS.
 pub struct Modem {
     label: Arc<str>,
     lines: Box<dyn FnMut(ModemLine, bool) + Send>,
-    news: mpsc::UnboundedReceiver<News>,
+    news: mpsc::UnboundedReceiver<LineEvent>,
     finished: bool,
 }
 
@@ -23,7 +23,7 @@ pub struct Modem {
 #[derive(Clone, Debug)]
 pub struct HostLines {
     label: Arc<str>,
-    news: mpsc::UnboundedSender<News>,
+    news: mpsc::UnboundedSender<LineEvent>,
 }
 
 impl Modem {
@@ -46,7 +46,7 @@ impl HostLines {
     pub fn switched(&self, line: &'static str, on: bool) {
         // Once the controller has ended nobody wants to know.
         let (transport, line) = (Arc::clone(&self.label), line.into());
-        let _ = self.news.send(News::HostLine { transport, line, on });
+        let _ = self.news.send(LineEvent::HostLine { transport, line, on });
     }
 }
 

@@ -16,7 +16,7 @@ use super::terminal::LineSettings;
 use super::watch::{Seen, Watch};
 use super::writes::{Writer, Writes};
 use super::{Received, Sent, Transport, take};
-use crate::News;
+use crate::LineEvent;
 
 /// That several programs have it open is told no more often than this.
 const REMINDER: Duration = Duration::from_secs(10);
@@ -57,7 +57,7 @@ pub struct Pty {
     baud: u32,
     /// The present client's settings have been compared with the device's.
     compared: bool,
-    news: VecDeque<News>,
+    news: VecDeque<LineEvent>,
     /// What has been read already and comes after the news.
     early: VecDeque<u8>,
     /// How many more times the programs that have it open are looked up.
@@ -131,8 +131,9 @@ impl Pty {
     fn notice(&mut self, seen: Seen) {
         let transport = || Arc::clone(&self.label);
         let client = || "a client".to_owned();
-        let opened = || News::Opened { transport: transport(), client: client(), observes: false };
-        let closed = || News::Closed {
+        let opened =
+            || LineEvent::Opened { transport: transport(), client: client(), observes: false };
+        let closed = || LineEvent::Closed {
             transport: transport(),
             client: client(),
             observes: false,
@@ -142,7 +143,7 @@ impl Pty {
             // The terminal's own queue has been flushed; what waits here goes the same way.
             let bytes = self.outbox.clear();
             if bytes > 0 {
-                self.news.push_back(News::Lost { transport: transport(), bytes });
+                self.news.push_back(LineEvent::Lost { transport: transport(), bytes });
             }
             let mut closings = seen.closings.wrapping_sub(self.seen.closings);
             if self.seen.open {
@@ -174,7 +175,7 @@ impl Pty {
             {
                 self.looks = 0;
                 self.told = Some(Instant::now());
-                self.news.push_back(News::Shared { transport: transport(), programs });
+                self.news.push_back(LineEvent::Shared { transport: transport(), programs });
             }
         }
         self.seen = seen;
@@ -189,13 +190,19 @@ impl Pty {
         let transport = || Arc::clone(&self.label);
         // A speed of 0 means to hang up, which some programs use for a terminal without a line.
         if client != self.baud && client != 0 {
-            let news =
-                News::WrongSpeed { transport: transport(), client, line: self.baud, noise: false };
+            let news = LineEvent::WrongSpeed {
+                transport: transport(),
+                client,
+                line: self.baud,
+                noise: false,
+            };
             self.news.push_back(news);
         }
         if let Some(parity) = parity {
-            self.news
-                .push_back(News::WrongParity { transport: transport(), parity: parity.into() });
+            self.news.push_back(LineEvent::WrongParity {
+                transport: transport(),
+                parity: parity.into(),
+            });
         }
     }
 
@@ -236,8 +243,8 @@ impl Pty {
     }
 }
 
-fn is_closing(news: &News) -> bool {
-    matches!(news, News::Closed { .. })
+fn is_closing(news: &LineEvent) -> bool {
+    matches!(news, LineEvent::Closed { .. })
 }
 
 impl Transport for Pty {

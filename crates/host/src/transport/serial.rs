@@ -13,7 +13,7 @@ use tokio_serial::{SerialPort, SerialPortBuilderExt, SerialStream};
 use super::outbox::Outbox;
 use super::returning::Returning;
 use super::{Received, Sent, Transport};
-use crate::News;
+use crate::LineEvent;
 
 /// A serial port of this computer at the device's speed, 8N1 without flow control, as the real
 /// controllers have it. Whether somebody is at the other end of the cable cannot be seen. One that
@@ -27,7 +27,7 @@ pub struct Serial {
     ready: bool,
     state: State,
     outbox: Outbox,
-    news: Option<News>,
+    news: Option<LineEvent>,
 }
 
 #[derive(Debug)]
@@ -74,7 +74,7 @@ impl Serial {
         self.state = State::Gone(Returning::new(&self.path).ok());
         self.outbox.clear();
         let (transport, error) = (Arc::clone(&self.label), error.to_string());
-        self.news = Some(News::Gone { transport, error });
+        self.news = Some(LineEvent::Gone { transport, error });
     }
 
     /// Looks for a port that is gone, whenever there is a reason to.
@@ -86,7 +86,7 @@ impl Serial {
             if let Ok(mut port) = open(&returning.path().to_string_lossy(), self.baud) {
                 let _ = port.write_request_to_send(self.ready);
                 self.state = State::Open(port);
-                self.news = Some(News::Back { transport: Arc::clone(&self.label) });
+                self.news = Some(LineEvent::Back { transport: Arc::clone(&self.label) });
             }
         }
     }

@@ -23,8 +23,8 @@ use super::telnet::Telnet;
 #[cfg(target_os = "linux")]
 use super::vigil::{self, Vigil};
 use super::{Received, Sent, Transport};
-use crate::News;
-use crate::bell::Bell;
+use crate::LineEvent;
+use crate::wake_flag::WakeFlag;
 
 /// How long a newcomer waits for the holder's end before it is refused. A client that closes
 /// and connects again at once overtakes the news of its own closing.
@@ -83,7 +83,7 @@ pub struct Tcp {
     label: Arc<str>,
     listener: TcpListener,
     /// Rings when a connection comes in.
-    bell: Bell,
+    wake_flag: WakeFlag,
     address: SocketAddr,
     policy: Clients,
     holder: Option<Client>,
@@ -93,7 +93,7 @@ pub struct Tcp {
     refused: VecDeque<(Client, Pin<Box<Sleep>>)>,
     /// Set while the system has no descriptors left for newcomers.
     exhausted: Option<Pin<Box<Sleep>>>,
-    news: VecDeque<News>,
+    news: VecDeque<LineEvent>,
     /// Clients have settings and modem lines.
     has_lines: bool,
     /// The speed of the device's line, in bits per second.
@@ -196,7 +196,7 @@ impl Tcp {
         Ok(Tcp {
             label: Arc::from(format!("{} {address}", if has_lines { "rfc2217" } else { "tcp" })),
             listener: TcpListener::from_std(listener).map_err(failed)?,
-            bell: Bell::default(),
+            wake_flag: WakeFlag::default(),
             address,
             policy,
             holder: None,
@@ -227,8 +227,8 @@ impl Tcp {
             self.exhausted = None;
         }
         loop {
-            let Tcp { listener, bell, .. } = self;
-            let Poll::Ready(accepted) = bell.answer(cx, |cx| listener.poll_accept(cx)) else {
+            let Tcp { listener, wake_flag, .. } = self;
+            let Poll::Ready(accepted) = wake_flag.poll(cx, |cx| listener.poll_accept(cx)) else {
                 return;
             };
             match accepted {
@@ -286,7 +286,7 @@ impl Tcp {
 
     fn opened(&mut self, client: &Client, observes: bool) {
         let (transport, client) = (Arc::clone(&self.label), client.peer.to_string());
-        self.news.push_back(News::Opened { transport, client, observes });
+        self.news.push_back(LineEvent::Opened { transport, client, observes });
     }
 
     /// The holder is gone, or somebody takes its place; the one that has waited longest comes next.
@@ -300,9 +300,9 @@ impl Tcp {
             }
             if lost > 0 {
                 let transport = Arc::clone(&self.label);
-                self.news.push_back(News::Lost { transport, bytes: lost });
+                self.news.push_back(LineEvent::Lost { transport, bytes: lost });
             }
-            self.news.push_back(News::Closed { transport, client, observes: false, taken_by });
+            self.news.push_back(LineEvent::Closed { transport, client, observes: false, taken_by });
         }
         if let Some((client, _)) = self.waiting.pop_front() {
             self.hold(client);
@@ -316,7 +316,7 @@ impl Tcp {
         // A new connection has room for a line. Whatever fails here, it is closed.
         let _ = socket.send(format!("refused: {holder} has the line\r\n").as_bytes());
         let _ = socket.shutdown(Shutdown::Write);
-        self.news.push_back(News::Refused {
+        self.news.push_back(LineEvent::Refused {
             transport: Arc::clone(&self.label),
             client: client.peer.to_string(),
             holder,
@@ -372,13 +372,13 @@ impl Tcp {
                         {
                             let (transport, client) =
                                 (Arc::clone(label), observer.peer.to_string());
-                            news.push_back(News::Unheard { transport, client });
+                            news.push_back(LineEvent::Unheard { transport, client });
                         }
                     }
                     Poll::Ready(_) => break,
                 }
             }
-            news.push_back(News::Closed {
+            news.push_back(LineEvent::Closed {
                 transport: Arc::clone(label),
                 client: observer.peer.to_string(),
                 observes: true,
@@ -540,7 +540,7 @@ impl Client {
         bytes: &mut [u8],
         line: u32,
         label: &Arc<str>,
-        news: &mut VecDeque<News>,
+        news: &mut VecDeque<LineEvent>,
     ) -> usize {
         let Some(telnet) = &mut self.telnet else { return bytes.len() };
         let count = telnet.receive(bytes, line, label, news);

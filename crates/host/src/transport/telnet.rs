@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vimc4_device::ModemLine;
 use vimc4_rfc2217::{Parity, Request, Server};
 
-use crate::News;
+use crate::LineEvent;
 
 /// How a client has set its port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,12 +51,12 @@ impl Telnet {
         bytes: &mut [u8],
         line: u32,
         label: &Arc<str>,
-        news: &mut VecDeque<News>,
+        news: &mut VecDeque<LineEvent>,
     ) -> usize {
         let count = self.server.receive(bytes);
         let mut switched = |line: &'static str, on| {
             let transport = Arc::clone(label);
-            news.push_back(News::HostLine { transport, line: line.into(), on });
+            news.push_back(LineEvent::HostLine { transport, line: line.into(), on });
         };
         while let Some(request) = self.server.next_request() {
             match request {
@@ -90,14 +90,14 @@ impl Telnet {
     }
 
     /// Looks, once for each way it is set, whether the client talks as the device does.
-    fn compare(&mut self, line: u32, label: &Arc<str>, news: &mut VecDeque<News>) {
+    fn compare(&mut self, line: u32, label: &Arc<str>, news: &mut VecDeque<LineEvent>) {
         if self.compared.replace((self.settings, line)) == Some((self.settings, line)) {
             return;
         }
         let Settings { baud, data_bits, parity } = self.settings;
         let transport = || Arc::clone(label);
         if baud != line {
-            news.push_back(News::WrongSpeed {
+            news.push_back(LineEvent::WrongSpeed {
                 transport: transport(),
                 client: baud,
                 line,
@@ -106,10 +106,10 @@ impl Telnet {
         }
         if parity != Parity::None {
             let parity = parity.name().into();
-            news.push_back(News::WrongParity { transport: transport(), parity });
+            news.push_back(LineEvent::WrongParity { transport: transport(), parity });
         }
         if data_bits != 8 {
-            news.push_back(News::WrongDataBits { transport: transport(), bits: data_bits });
+            news.push_back(LineEvent::WrongDataBits { transport: transport(), bits: data_bits });
         }
     }
 

@@ -20,7 +20,7 @@ use socket2::SockRef;
 use tokio::net::TcpStream;
 use tokio::time::{Sleep, sleep};
 
-use crate::bell::Bell;
+use crate::wake_flag::WakeFlag;
 
 /// How long a client may leave unanswered what it was asked.
 pub(super) const SILENCE: Duration = Duration::from_secs(12);
@@ -40,7 +40,7 @@ const ASKED: Duration = Duration::from_secs(6);
 pub(super) struct Vigil {
     look: Option<Pin<Box<Sleep>>>,
     /// Rings when it is time to look.
-    bell: Bell,
+    wake_flag: WakeFlag,
     /// Since when something is, or may be, stuck.
     since: Option<Instant>,
     /// Since when it does not answer.
@@ -66,13 +66,13 @@ impl Vigil {
 
     fn look_after(&mut self, span: Duration) {
         self.look = Some(Box::pin(sleep(span)));
-        self.bell = Bell::default();
+        self.wake_flag = WakeFlag::default();
     }
 
     /// Is ready when the client has vanished.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>, stream: &TcpStream) -> Poll<()> {
         while let Some(look) = &mut self.look {
-            if self.bell.answer(cx, |cx| look.as_mut().poll(cx)).is_pending() {
+            if self.wake_flag.poll(cx, |cx| look.as_mut().poll(cx)).is_pending() {
                 break;
             }
             let socket = SockRef::from(stream);

@@ -11,7 +11,7 @@ use vimc4_device::{
     Output, Signal, SignalId, Time, View, Warning,
 };
 use vimc4_host::{
-    Clock, Handle, Memory, MemoryPort, Report, RunError, Runner, Sink, Transport, Wants,
+    Clock, EventFilter, Handle, Memory, MemoryPort, Report, RunError, Runner, Sink, Transport,
 };
 use vimc4_language::read_condition;
 
@@ -348,8 +348,8 @@ impl<D: Device + Clone + Send + 'static> Running<D> {
 pub(crate) struct Diary(pub(crate) Arc<Mutex<Vec<Report>>>);
 
 impl Sink for Diary {
-    fn wants(&self) -> Wants {
-        Wants::ALL
+    fn wants(&self) -> EventFilter {
+        EventFilter::ALL
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use vimc4_device::{Condition, Time};
 use vimc4_host::{
-    Clients, Clock, ControlError, Deed, Effect, Memory, MemoryPort, News, Source, Tcp, What,
+    Clients, Clock, ControlError, Deed, Effect, LineEvent, Memory, MemoryPort, ReportKind, Source,
+    Tcp,
 };
 
 use crate::fake::{Diary, Fake, Running};
@@ -15,8 +16,8 @@ use crate::fake::{Diary, Fake, Running};
 fn inputs(diary: &Diary) -> Vec<(Time, String)> {
     let reports = diary.0.lock().unwrap();
     let told = reports.iter().filter_map(|report| match report.news() {
-        Some(News::Deed { by, deed }) => Some((report.at, format!("{by}: {deed}"))),
-        Some(News::NoEffect { by, deed, why }) => {
+        Some(LineEvent::Deed { by, deed }) => Some((report.at, format!("{by}: {deed}"))),
+        Some(LineEvent::NoEffect { by, deed, why }) => {
             Some((report.at, format!("{by}: {deed}: nothing: {why:?}")))
         }
         _ => None,
@@ -77,8 +78,8 @@ fn a_byte_that_is_urgent_is_told_where_it_was_in_the_stream() {
     let order: Vec<_> = reports
         .iter()
         .filter_map(|report| match &report.what {
-            What::Sent { bytes } => Some(String::from_utf8_lossy(bytes).into_owned()),
-            What::News(News::Deed { deed, .. }) => Some(deed.to_string()),
+            ReportKind::Sent { bytes } => Some(String::from_utf8_lossy(bytes).into_owned()),
+            ReportKind::News(LineEvent::Deed { deed, .. }) => Some(deed.to_string()),
             _ => None,
         })
         .collect();
@@ -155,7 +156,7 @@ fn of_several_clients_it_is_said_who_speaks() {
         let own = client.local_addr().unwrap().to_string();
         diary.wait_for(
             "a client",
-            |report| matches!(report.news(), Some(News::Opened { client, .. }) if *client == own),
+            |report| matches!(report.news(), Some(LineEvent::Opened { client, .. }) if *client == own),
         );
         client
     });
@@ -172,13 +173,13 @@ fn of_several_clients_it_is_said_who_speaks() {
         client: Some(own[1].as_str().into()),
     };
     diary.wait_for("the stop", |report| {
-        report.news() == Some(&News::Deed { by: by.clone(), deed: Deed::Byte(253) })
+        report.news() == Some(&LineEvent::Deed { by: by.clone(), deed: Deed::Byte(253) })
     });
     let reports = diary.0.lock().unwrap();
     let speakers: Vec<_> = reports
         .iter()
         .filter_map(|report| match report.news() {
-            Some(News::Speaks { client, .. }) => Some(client.clone()),
+            Some(LineEvent::Speaks { client, .. }) => Some(client.clone()),
             _ => None,
         })
         .collect();

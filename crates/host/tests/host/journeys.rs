@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::time::Duration;
 
 use vimc4_device::{Condition, OwnedInput, Time};
-use vimc4_host::{Clock, ControlError, Journey, Progress, What, block_on};
+use vimc4_host::{Clock, ControlError, Progress, ReportKind, TimeAdvance, block_on};
 
 use crate::fake::{Diary, Fake, Running, numbered};
 
@@ -12,7 +12,7 @@ use crate::fake::{Diary, Fake, Running, numbered};
 const FAR: Duration = Duration::from_secs(1_000_000_000);
 
 /// Waits until it has come so far.
-fn come_to(journey: &mut Journey, so_far: impl Fn(Progress) -> bool) -> Progress {
+fn come_to(journey: &mut TimeAdvance, so_far: impl Fn(Progress) -> bool) -> Progress {
     let mut progress = journey.progress();
     while !so_far(progress) {
         progress = block_on(Box::pin(journey.next_progress())).unwrap();
@@ -58,7 +58,7 @@ fn a_long_way_is_paused_and_gone_on_with() {
         assert!(at > held.now);
         // As far as time has come, who has sent it there is told.
         let told = diary.all(|report| match &report.what {
-            What::Input { by, input: OwnedInput::Wake } => Some((report.at, by.to_string())),
+            ReportKind::Input { by, input: OwnedInput::Wake } => Some((report.at, by.to_string())),
             _ => None,
         });
         assert_eq!(told, [(at, "a person".to_owned())]);
@@ -206,7 +206,7 @@ fn time_that_moves_by_itself_cannot_be_held_up_but_need_not_be_waited_for() {
 fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
     let until = |text: &str| running.handle.run_until(numbered(text));
-    let given_up = |journey: Journey| {
+    let given_up = |journey: TimeAdvance| {
         let end = journey.wait_within(LIMIT);
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
     };

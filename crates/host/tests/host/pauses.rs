@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use vimc4_device::{Condition, Device, Harness, Input, Line, OwnedInput, SignalId, Time};
 use vimc4_host::{
-    BreakpointId, Clients, Clock, ControlError, Handle, MemoryPort, News, Pause, Rate, Report,
-    Source, Step, Tcp, What,
+    BreakpointId, Clients, Clock, ControlError, Handle, LineEvent, MemoryPort, Pause, Rate, Report,
+    ReportKind, Source, Step, Tcp,
 };
 
 use crate::fake::{Diary, Fake, Running};
@@ -120,12 +120,12 @@ fn another_controller_goes_on() {
 
 fn told(diary: &Diary) -> Vec<String> {
     diary.all(|report| match report.news() {
-        Some(News::Opened { .. }) => Some("opened".to_owned()),
-        Some(News::Closed { .. }) => Some("closed".to_owned()),
-        Some(News::Refused { .. }) => Some("refused".to_owned()),
-        Some(News::Paused { by: Some(by), .. }) => Some(format!("paused by {by}")),
-        Some(News::Paused { breakpoints, .. }) => Some(format!("paused at {breakpoints:?}")),
-        Some(News::Resumed { by }) => Some(format!("resumed by {by}")),
+        Some(LineEvent::Opened { .. }) => Some("opened".to_owned()),
+        Some(LineEvent::Closed { .. }) => Some("closed".to_owned()),
+        Some(LineEvent::Refused { .. }) => Some("refused".to_owned()),
+        Some(LineEvent::Paused { by: Some(by), .. }) => Some(format!("paused by {by}")),
+        Some(LineEvent::Paused { breakpoints, .. }) => Some(format!("paused at {breakpoints:?}")),
+        Some(LineEvent::Resumed { by }) => Some(format!("resumed by {by}")),
         _ => None,
     })
 }
@@ -197,9 +197,9 @@ fn clients_of_a_terminal_notice_nothing_but_time() {
         drop(first);
         thread::sleep(A_WHILE);
         handle.resume().wait().unwrap();
-        diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
+        diary.wait_for("the end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
         let from_nobody = |report: &Report| match &report.what {
-            What::Input { by: Source::Client { client, .. }, .. } => Some(client.is_none()),
+            ReportKind::Input { by: Source::Client { client, .. }, .. } => Some(client.is_none()),
             _ => None,
         };
         assert_eq!(diary.all(from_nobody), [false; 3]);

@@ -13,7 +13,7 @@ use rustix::termios::{
     ControlModes, InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl,
     tcgetattr, tcsetattr,
 };
-use vimc4_host::{Clock, News, Pty, Received, Report, Transport, What};
+use vimc4_host::{Clock, LineEvent, Pty, Received, Report, ReportKind, Transport};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -87,8 +87,8 @@ fn who_comes_and_goes_unseen_is_told_of() {
         drop(open(&path));
         diary.wait_for_all("the visit", |reports| {
             let count = |fits: fn(&Report) -> bool| reports.iter().filter(|&r| fits(r)).count();
-            count(|report| matches!(report.news(), Some(News::Opened { .. }))) == n
-                && count(|report| matches!(report.news(), Some(News::Closed { .. }))) == n
+            count(|report| matches!(report.news(), Some(LineEvent::Opened { .. }))) == n
+                && count(|report| matches!(report.news(), Some(LineEvent::Closed { .. }))) == n
         });
     }
     running.end().unwrap();
@@ -120,10 +120,10 @@ fn settings_end_with_their_client() {
     tcsetattr(&first, OptionalActions::Now, &settings).unwrap();
     (&first).write_all(b"e\r").unwrap();
     diary.wait_for("a warning", |report| {
-        matches!(report.news(), Some(News::WrongSpeed { client: 9_600, line: 19_200, .. }))
+        matches!(report.news(), Some(LineEvent::WrongSpeed { client: 9_600, line: 19_200, .. }))
     });
     drop(first);
-    diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
+    diary.wait_for("the end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
     let second = open(&path);
     let settings = tcgetattr(&second).unwrap();
     assert_eq!(settings.output_speed(), 19_200);
@@ -149,12 +149,12 @@ fn a_parity_is_told_of_once_and_ends_with_its_client() {
             assert_eq!(ask(&client, "eone\r", 3), "one");
         }
         drop(client);
-        diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
+        diary.wait_for("the end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
         let next = open(&path);
         assert!(!tcgetattr(&next).unwrap().control_modes.intersects(sticky | odd));
         assert_eq!(ask(&next, "etwo\r", 3), "two");
         let told = |report: &Report| match report.news() {
-            Some(News::WrongParity { parity, .. }) => Some(parity.clone()),
+            Some(LineEvent::WrongParity { parity, .. }) => Some(parity.clone()),
             _ => None,
         };
         assert_eq!(diary.all(told), [words]);
@@ -188,7 +188,7 @@ fn what_was_written_before_closing_arrives() {
     fs::write(&path, b"ehello\r").unwrap();
     diary.wait_for(
         "the command",
-        |report| matches!(&report.what, What::Sent { bytes } if &bytes[..] == b"hello"),
+        |report| matches!(&report.what, ReportKind::Sent { bytes } if &bytes[..] == b"hello"),
     );
     running.end().unwrap();
 }
@@ -208,8 +208,8 @@ fn what_was_written_comes_before_the_news_of_the_closing() {
             while told.last() != Some(&"closed") {
                 let received = poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await;
                 told.push(match received {
-                    Received::News(News::Opened { .. }) => "opened",
-                    Received::News(News::Closed { .. }) => "closed",
+                    Received::News(LineEvent::Opened { .. }) => "opened",
+                    Received::News(LineEvent::Closed { .. }) => "closed",
                     Received::Bytes(3) => "bytes",
                     received => panic!("{received:?}"),
                 });
@@ -232,11 +232,11 @@ fn what_was_written_comes_before_the_next_client() {
             let mut arrived = 0;
             loop {
                 match poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await {
-                    Received::News(News::Opened { .. }) => {
+                    Received::News(LineEvent::Opened { .. }) => {
                         port.take().unwrap().write_all(&[b'x'; WRITTEN]).unwrap();
                         port = Some(open(pty.path()));
                     }
-                    Received::News(News::Closed { .. }) => break,
+                    Received::News(LineEvent::Closed { .. }) => break,
                     Received::Bytes(count) => arrived += count,
                     received => panic!("{received:?}"),
                 }
@@ -245,7 +245,7 @@ fn what_was_written_comes_before_the_next_client() {
             drop(port);
             loop {
                 let received = poll_fn(|cx| pty.poll_receive(cx, &mut buffer)).await;
-                if matches!(received, Received::News(News::Closed { .. })) {
+                if matches!(received, Received::News(LineEvent::Closed { .. })) {
                     break;
                 }
             }
@@ -286,8 +286,8 @@ fn bytes_belong_to_the_client_that_wrote_them() {
 #[cfg(target_os = "linux")]
 async fn next_of(pty: &mut Pty, buffer: &mut [u8]) -> &'static str {
     match poll_fn(|cx| pty.poll_receive(cx, buffer)).await {
-        Received::News(News::Opened { .. }) => "opened",
-        Received::News(News::Closed { .. }) => "closed",
+        Received::News(LineEvent::Opened { .. }) => "opened",
+        Received::News(LineEvent::Closed { .. }) => "closed",
         Received::Bytes(2) => "2 bytes",
         Received::Bytes(4) => "4 bytes",
         received => panic!("{received:?}"),
@@ -304,7 +304,7 @@ fn exclusive_use_ends_with_its_client() {
     assert_eq!(ask(&first, "eone\r", 3), "one");
     // Closing it is all the kernel does for a client that is killed.
     drop(first);
-    diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
+    diary.wait_for("the end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
     // Root may open an exclusive terminal anyway, so somebody else has to try.
     if rustix::process::geteuid().is_root() {
         fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o666)).unwrap();
@@ -335,10 +335,10 @@ fn a_killed_client_is_noticed() {
         .spawn()
         .unwrap();
     client.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
-    diary.wait_for("its coming", |report| matches!(report.news(), Some(News::Opened { .. })));
+    diary.wait_for("its coming", |report| matches!(report.news(), Some(LineEvent::Opened { .. })));
     client.kill().unwrap();
     client.wait().unwrap();
-    diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
+    diary.wait_for("its end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
     running.end().unwrap();
 }
 
@@ -364,8 +364,8 @@ fn one_of_two_handles_that_is_closed_is_no_client_that_leaves() {
         let diary = Diary::default();
         let id = running.handle.watch(diary.clone()).wait().unwrap();
         let told = |report: &Report| match report.news() {
-            Some(News::Opened { .. }) => Some("opened"),
-            Some(News::Closed { .. }) => Some("closed"),
+            Some(LineEvent::Opened { .. }) => Some("opened"),
+            Some(LineEvent::Closed { .. }) => Some("closed"),
             _ => None,
         };
         // As programs do that look whether a port is there, or that use one handle to write.
@@ -381,7 +381,7 @@ fn one_of_two_handles_that_is_closed_is_no_client_that_leaves() {
         drop(second);
         assert_eq!(ask(&third, "edef\r", 3), "def");
         drop(third);
-        diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
+        diary.wait_for("its end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
         running.handle.now().wait().unwrap();
         assert_eq!(diary.all(told), ["opened", "closed"]);
         assert_eq!(running.handle.detach(id).wait(), Ok(true));
@@ -398,7 +398,7 @@ fn a_client_that_never_reads_stops_nobody() {
     for _ in 0..10 {
         lazy.write_all(b"s30000\r").unwrap();
     }
-    diary.wait_for("a loss", |report| matches!(report.news(), Some(News::Lost { .. })));
+    diary.wait_for("a loss", |report| matches!(report.news(), Some(LineEvent::Lost { .. })));
     // It may begin to read at any time, and what is whole arrives whole.
     let kept = read(&lazy, 300_000, 300);
     assert!(kept.len() >= 60_000 && kept.len().is_multiple_of(30_000), "{}", kept.len());
@@ -410,7 +410,7 @@ fn a_client_that_never_reads_stops_nobody() {
     running.handle.now().wait().unwrap();
     drop(lazy);
     // What it has not read is flushed when its closing is noticed, a moment later.
-    diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
+    diary.wait_for("its end", |report| matches!(report.news(), Some(LineEvent::Closed { .. })));
     let next = open(&path);
     assert_eq!(ask(&next, "ehello\r", 5), "hello");
     running.end().unwrap();

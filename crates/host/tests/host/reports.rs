@@ -5,7 +5,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use vimc4_device::{Device, Event, Harness, Output, OwnedInput, SignalId, Time, TimedInput};
-use vimc4_host::{Clock, Handle, News, Report, Reports, Source, Wants, What};
+use vimc4_host::{Clock, EventFilter, Handle, LineEvent, Report, ReportKind, Reports, Source};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -14,11 +14,11 @@ fn replay(reports: &[Report]) -> (Vec<(Time, u8)>, Fake) {
     let mut harness = Harness::new(Fake::new(b""));
     for report in reports {
         match &report.what {
-            What::State { state, .. } => {
+            ReportKind::State { state, .. } => {
                 harness.run_to(report.at);
                 harness.restore(serde_json::from_value(state.clone()).unwrap());
             }
-            What::Input { input, .. } => {
+            ReportKind::Input { input, .. } => {
                 harness.play(&TimedInput { at: report.at, input: input.clone() });
             }
             _ => {}
@@ -33,7 +33,7 @@ fn replay(reports: &[Report]) -> (Vec<(Time, u8)>, Fake) {
 
 fn inputs(reports: &[Report]) -> Vec<(Time, String, OwnedInput)> {
     let told = reports.iter().filter_map(|report| match &report.what {
-        What::Input { by, input } => Some((report.at, by.to_string(), input.clone())),
+        ReportKind::Input { by, input } => Some((report.at, by.to_string(), input.clone())),
         _ => None,
     });
     told.collect()
@@ -93,7 +93,7 @@ fn everything_that_goes_in_is_told_and_can_be_given_again() {
     let said: Vec<_> = reports
         .iter()
         .flat_map(|report| match &report.what {
-            What::Sent { bytes } => bytes.iter().map(|byte| (report.at, *byte)).collect(),
+            ReportKind::Sent { bytes } => bytes.iter().map(|byte| (report.at, *byte)).collect(),
             _ => Vec::new(),
         })
         .collect();
@@ -107,7 +107,7 @@ fn everything_that_goes_in_is_told_and_can_be_given_again() {
 fn what_came_while_the_power_was_off_is_told() {
     let lost = |diary: &Diary| {
         diary.all(|report| match report.news() {
-            Some(News::PowerWasOff { bytes }) => Some((report.at, *bytes)),
+            Some(LineEvent::PowerWasOff { bytes }) => Some((report.at, *bytes)),
             _ => None,
         })
     };
@@ -168,14 +168,15 @@ fn converse(handle: &Handle<Fake>, port: &mut vimc4_host::MemoryPort) {
 
 #[test]
 fn one_that_takes_its_time_is_told_what_it_has_missed() {
-    let (tap, mut reports) = Reports::new(Wants::ALL, 20);
+    let (tap, mut reports) = Reports::new(EventFilter::ALL, 20);
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
     running.handle.watch(tap).wait().unwrap();
     converse(&running.handle, &mut port);
     let kept: Vec<_> = std::iter::from_fn(|| reports.take()).collect();
     assert_eq!(kept.len(), 21);
-    assert!(matches!(kept[0].what, What::State { by: None, .. }));
-    let Some(What::Missed { reports: missed }) = kept.last().map(|report| &report.what) else {
+    assert!(matches!(kept[0].what, ReportKind::State { by: None, .. }));
+    let Some(ReportKind::Missed { reports: missed }) = kept.last().map(|report| &report.what)
+    else {
         panic!("nothing is missing: {kept:?}");
     };
     // At least an input and an answer for each of the writes; they may have come in pieces.
@@ -184,28 +185,28 @@ fn one_that_takes_its_time_is_told_what_it_has_missed() {
     running.handle.press("start").wait().unwrap();
     let next = reports.take().unwrap();
     let by = Source::Controls("the library".into());
-    assert!(matches!(next.news(), Some(News::Deed { by: who, .. }) if *who == by), "{next:?}");
+    assert!(matches!(next.news(), Some(LineEvent::Deed { by: who, .. }) if *who == by), "{next:?}");
     // Dropped, it is let go of; what it wanted is not made any more.
     drop(reports);
     running.handle.press("start").wait().unwrap();
-    let (late, mut late_reports) = Reports::new(Wants::default(), 20);
+    let (late, mut late_reports) = Reports::new(EventFilter::default(), 20);
     running.handle.watch(late).wait().unwrap();
     converse(&running.handle, &mut port);
     running.end().unwrap();
     // The end is news for everybody, and the last one.
-    assert_eq!(late_reports.wait().unwrap().news(), Some(&News::Ends));
+    assert_eq!(late_reports.wait().unwrap().news(), Some(&LineEvent::Ends));
     assert_eq!(late_reports.wait(), None);
 }
 
 #[test]
 fn reports_can_be_awaited_while_it_runs() {
-    let (tap, mut reports) = Reports::new(Wants::ALL, 1_000);
+    let (tap, mut reports) = Reports::new(EventFilter::ALL, 1_000);
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
     running.handle.watch(tap).wait().unwrap();
     let watches = std::thread::spawn(move || {
         let mut heard = Vec::new();
         while let Some(report) = reports.wait() {
-            if let What::Sent { bytes } = &report.what {
+            if let ReportKind::Sent { bytes } = &report.what {
                 heard.extend_from_slice(bytes);
             }
             assert!(!matches!(report.event(), Some(Event::Line { .. })));

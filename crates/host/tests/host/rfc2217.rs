@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use vimc4_host::{Clients, Clock, News, Tcp};
+use vimc4_host::{Clients, Clock, LineEvent, Tcp};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -63,14 +63,14 @@ fn what_the_client_does_to_its_port_is_told() {
     // Both bytes that have a meaning on the way come through, to the device and back.
     client.write_all(b"e\xff\xff\x01\r").unwrap();
     assert_eq!(read(&mut client, 3), b"\xff\xff\x01");
-    let of = |wanted: fn(&News) -> bool| {
+    let of = |wanted: fn(&LineEvent) -> bool| {
         diary.wait_for("news of the port", move |report| report.news().is_some_and(wanted));
     };
-    of(|news| matches!(news, News::WrongSpeed { client: 9_601, .. }));
-    of(|news| matches!(news, News::WrongDataBits { bits: 7, .. }));
-    of(|news| matches!(news, News::WrongParity { parity, .. } if parity == "even"));
-    of(|news| matches!(news, News::HostLine { line, on: false, .. } if line == "DTR"));
-    of(|news| matches!(news, News::HostLine { line, on: true, .. } if line == "BREAK"));
+    of(|news| matches!(news, LineEvent::WrongSpeed { client: 9_601, .. }));
+    of(|news| matches!(news, LineEvent::WrongDataBits { bits: 7, .. }));
+    of(|news| matches!(news, LineEvent::WrongParity { parity, .. } if parity == "even"));
+    of(|news| matches!(news, LineEvent::HostLine { line, on: false, .. } if line == "DTR"));
+    of(|news| matches!(news, LineEvent::HostLine { line, on: true, .. } if line == "BREAK"));
     running.end().unwrap();
 }
 
@@ -101,6 +101,8 @@ fn an_observer_agrees_too_and_is_not_heard() {
     observer.write_all(&sub(&[10, 1])).unwrap();
     assert_eq!(read(&mut observer, 7), sub(&[110, 1]));
     observer.write_all(b"eno\r").unwrap();
-    diary.wait_for("it is not heard", |report| matches!(report.news(), Some(News::Unheard { .. })));
+    diary.wait_for("it is not heard", |report| {
+        matches!(report.news(), Some(LineEvent::Unheard { .. }))
+    });
     running.end().unwrap();
 }

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
-use vimc4_host::{Clock, News, Serial};
+use vimc4_host::{Clock, LineEvent, Serial};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -42,7 +42,7 @@ fn a_port_that_is_unplugged_is_reported_and_the_controller_lives_on() {
     });
     running.handle.watch(diary.clone()).wait().unwrap();
     drop(cable);
-    diary.wait_for("the failure", |report| matches!(report.news(), Some(News::Gone { .. })));
+    diary.wait_for("the failure", |report| matches!(report.news(), Some(LineEvent::Gone { .. })));
     running.handle.now().wait().unwrap();
     running.end().unwrap();
 }

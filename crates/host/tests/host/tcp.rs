@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-use vimc4_host::{Clients, Clock, News, Tcp, TcpError};
+use vimc4_host::{Clients, Clock, LineEvent, Tcp, TcpError};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -69,7 +69,7 @@ fn a_second_client_is_refused_and_the_first_does_not_notice() {
     assert_eq!(why, format!("refused: {} has the line\r\n", first.local_addr().unwrap()));
     assert!(began.elapsed() >= Duration::from_millis(80), "{:?}", began.elapsed());
     assert_eq!(ask(&mut first, "eone\r", 3), "one");
-    diary.wait_for("a refusal", |report| matches!(report.news(), Some(News::Refused { .. })));
+    diary.wait_for("a refusal", |report| matches!(report.news(), Some(LineEvent::Refused { .. })));
     running.end().unwrap();
 }
 
@@ -108,9 +108,11 @@ fn nothing_is_kept_for_the_next_client() {
     // It might only have closed its own side and listen; sending shows that it does not.
     running.handle.advance(Duration::from_millis(10)).wait().unwrap();
     diary.wait_for("the end of the first", |report| {
-        matches!(report.news(), Some(News::Closed { .. }))
+        matches!(report.news(), Some(LineEvent::Closed { .. }))
     });
-    diary.wait_for("the loss", |report| matches!(report.news(), Some(News::Lost { bytes: 1, .. })));
+    diary.wait_for("the loss", |report| {
+        matches!(report.news(), Some(LineEvent::Lost { bytes: 1, .. }))
+    });
     let mut second = connect(address);
     assert_eq!(ask(&mut second, "etwo\r", 3), "two");
     running.end().unwrap();
@@ -154,7 +156,7 @@ fn a_client_that_never_reads_stops_nobody() {
     for _ in 0..300 {
         lazy.write_all(b"s60000\r").unwrap();
     }
-    diary.wait_for("a loss", |report| matches!(report.news(), Some(News::Lost { .. })));
+    diary.wait_for("a loss", |report| matches!(report.news(), Some(LineEvent::Lost { .. })));
     running.handle.now().wait().unwrap();
     drop(lazy);
     let mut next = connect(address);

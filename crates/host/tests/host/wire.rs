@@ -8,7 +8,7 @@ use std::task::{Context, Poll};
 use std::time::Duration;
 
 use vimc4_device::OwnedInput;
-use vimc4_host::{Clock, FlashFile, Memory, Received, Sent, Transport, What};
+use vimc4_host::{Clock, FlashFile, Memory, Received, ReportKind, Sent, Transport};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -55,7 +55,7 @@ fn what_leaves_while_nobody_listens_is_lost_with_an_event() {
     running.handle.now().wait().unwrap();
     assert_eq!(next.drain(), b"");
     let received = diary.0.lock().unwrap().iter().any(
-        |report| matches!(&report.what, What::Input { input: OwnedInput::Bytes(bytes), .. } if &bytes[..] == b"ehello\rw10\r"),
+        |report| matches!(&report.what, ReportKind::Input { input: OwnedInput::Bytes(bytes), .. } if &bytes[..] == b"ehello\rw10\r"),
     );
     assert!(received);
     running.end().unwrap();
