@@ -3,11 +3,19 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
-use futures_util::SinkExt;
+use axum::http::{HeaderMap, header};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use futures_util::{SinkExt, StreamExt};
+use hyper::upgrade::Upgraded;
+use hyper_util::rt::TokioIo;
 use serde_json::json;
-use tokio::time::{sleep, sleep_until, timeout};
-use tungstenite::error::ProtocolError;
+use sha1_smol::Sha1;
+use tokio::io::{AsyncWriteExt, copy, sink};
+use tokio::time::{sleep_until, timeout};
+use tokio_websockets::{
+    CloseCode, Error, Limits, Message, Payload, ServerBuilder, WebSocketStream,
+};
 
 use vimc4_answers::feed::Feed;
 use vimc4_answers::limits::POSITIONS;
@@ -16,11 +24,28 @@ use vimc4_answers::problem::{Kind, Problem};
 
 use crate::bell::Listener;
 use crate::guard::no_token;
-use crate::limits::{LINGER, PATIENCE};
+use crate::limits::{MESSAGE, PATIENCE};
 use crate::served::App;
 
-/// So many bytes a frame that closes has room for.
-const REASON: usize = 123;
+/// A connection with a client.
+type WebSocket = WebSocketStream<TokioIo<Upgraded>>;
+
+/// What the key of a client is hashed with (RFC 6455, 1.3).
+const KEY_SUFFIX: &[u8] = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
+
+/// The reply to the key of a client that asks for a WebSocket; `None` if it does not.
+pub(crate) fn accepted_key(headers: &HeaderMap) -> Option<String> {
+    let has = |name, wanted: &str| {
+        let values = headers.get(name)?.to_str().ok()?;
+        values.split(',').find(|value| value.trim().eq_ignore_ascii_case(wanted))
+    };
+    has(header::CONNECTION, "upgrade")?;
+    has(header::UPGRADE, "websocket")?;
+    has(header::SEC_WEBSOCKET_VERSION, "13")?;
+    let mut hash = Sha1::from(headers.get(header::SEC_WEBSOCKET_KEY)?.as_bytes());
+    hash.update(KEY_SUFFIX);
+    Some(STANDARD.encode(hash.digest().bytes()))
+}
 
 /// What a client gets, and how long at least passes between two positions.
 struct Served {
@@ -35,8 +60,8 @@ enum End {
     Problem(Problem),
     /// The client leaves, and is to be told that this was heard.
     Left,
-    /// It has sent something that no WebSocket allows.
-    Broken(CloseFrame),
+    /// It has sent something that no WebSocket allows, or too much.
+    Broken,
     /// It is not there any more, or does not take what it is sent.
     Gone,
 }
@@ -48,7 +73,9 @@ impl From<Problem> for End {
 }
 
 /// Talks to a client until it leaves. `has_token` says that it has sent the token already.
-pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) {
+pub(crate) async fn talk(connection: Upgraded, app: Arc<App>, has_token: bool) {
+    let limits = Limits::default().max_payload_len(Some(MESSAGE));
+    let mut socket = ServerBuilder::new().limits(limits).serve(TokioIo::new(connection));
     let room = app.sockets.clone().try_acquire_owned();
     let listener = app.bell.listen();
     let end = match &room {
@@ -60,63 +87,52 @@ pub(crate) async fn talk(mut socket: WebSocket, app: Arc<App>, has_token: bool) 
     };
     // Who only has to leave keeps nobody out.
     drop(room);
-    let is_long = matches!(&end, Some(End::Broken(frame)) if frame.code == close_code::SIZE);
     let heard = match end {
         None | Some(End::Gone) => false,
         Some(End::Left) => true,
-        Some(End::Broken(frame)) => part(&mut socket, None, frame).await,
+        Some(End::Broken) => {
+            let why = "a message has at most 16 KiB";
+            part(&mut socket, None, CloseCode::MESSAGE_TOO_BIG, why).await
+        }
         Some(End::Problem(problem)) => {
             let mut document = problem.document();
             document["type"] = "problem".into();
             document["kind"] = problem.document()["type"].take();
-            let reason = problem.document()["title"].as_str().unwrap_or_default().to_owned();
-            let frame = CloseFrame { code: close_code::POLICY, reason: reason.into() };
-            part(&mut socket, Some(document.to_string()), frame).await
+            let reason = document["title"].as_str().unwrap_or_default();
+            let text = Some(document.to_string());
+            part(&mut socket, text, CloseCode::POLICY_VIOLATION, reason).await
         }
     };
-    if is_long {
-        // The rest of it is not read, and closing at once would take the frame back.
-        sleep(LINGER).await;
-    }
     if heard {
         hang_up(socket).await;
     }
 }
 
 /// Says why it is over, if that is said, and that it is. Returns whether the client has taken it.
-async fn part(socket: &mut WebSocket, why: Option<String>, frame: CloseFrame) -> bool {
+async fn part(socket: &mut WebSocket, why: Option<String>, code: CloseCode, reason: &str) -> bool {
     let farewell = async {
         if let Some(why) = why {
-            socket.send(Message::Text(why.into())).await?;
+            socket.send(Message::text(why)).await?;
         }
-        socket.send(Message::Close(Some(frame))).await
+        match socket.send(Message::close(Some(code), reason)).await {
+            // Whoever breaks the protocol gets a frame with the fitting code already.
+            Err(Error::AlreadyClosed) => socket.flush().await,
+            sent => sent,
+        }
     };
     timeout(PATIENCE, farewell).await.is_ok_and(|sent| sent.is_ok())
 }
 
 /// Has what was sent last arrive, and waits until the client hangs up, too.
 async fn hang_up(mut socket: WebSocket) {
-    let silence = async { while let Some(Ok(_)) = socket.recv().await {} };
-    let _ = timeout(PATIENCE, silence).await;
-}
-
-/// What a client is told whose messages cannot be read.
-fn broken(error: axum::Error) -> End {
-    use tungstenite::Error;
-    let error = error.into_inner();
-    let (code, mut reason) = match error.downcast_ref::<Error>() {
-        Some(Error::Capacity(_)) => (close_code::SIZE, "a message has at most 16 KiB".to_owned()),
-        Some(Error::Utf8(_)) => (close_code::INVALID, "the text is no UTF-8".to_owned()),
-        Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => return End::Gone,
-        Some(Error::Protocol(why)) => {
-            (close_code::PROTOCOL, format!("this is no frame of a WebSocket: {why}"))
-        }
-        _ => return End::Gone,
+    let silence = async {
+        while let Some(Ok(_)) = socket.next().await {}
+        // Closing with unread bytes would take back what was sent last.
+        let mut connection = socket.into_inner();
+        connection.shutdown().await?;
+        copy(&mut connection, &mut sink()).await
     };
-    while reason.len() > REASON {
-        reason.pop();
-    }
-    End::Broken(CloseFrame { code, reason: reason.into() })
+    let _ = timeout(PATIENCE, silence).await;
 }
 
 async fn serve(
@@ -172,31 +188,34 @@ async fn hear(socket: &mut WebSocket) -> Result<Wish, End> {
     loop {
         // Who asks whether somebody is there, and takes no answers, is not heard: they would pile up.
         within_patience(socket.flush()).await?;
-        let text = match socket.recv().await {
-            Some(Ok(Message::Text(text))) => text,
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-            Some(Ok(Message::Binary(_))) => {
-                let problem = Problem::new(
-                    Kind::WrongRequest,
-                    "the message is no text",
-                    "send JSON as text, such as {}",
-                );
-                return Err(problem.into());
+        let message = match socket.next().await {
+            Some(Ok(message)) => message,
+            Some(Err(Error::Protocol(_) | Error::PayloadTooLong { .. })) => {
+                return Err(End::Broken);
             }
-            Some(Ok(Message::Close(_))) => return Err(End::Left),
-            Some(Err(error)) => return Err(broken(error)),
-            None => return Err(End::Gone),
+            Some(Err(_)) | None => return Err(End::Gone),
         };
-        return Ok(Wish::read(&text)?);
+        if message.is_close() {
+            return Err(End::Left);
+        } else if message.is_binary() {
+            let problem = Problem::new(
+                Kind::WrongRequest,
+                "the message is no text",
+                "send JSON as text, such as {}",
+            );
+            return Err(problem.into());
+        } else if let Some(text) = message.as_text() {
+            return Ok(Wish::read(text)?);
+        }
     }
 }
 
-async fn say(socket: &mut WebSocket, text: impl Into<Utf8Bytes>) -> Result<(), End> {
-    within_patience(socket.send(Message::Text(text.into()))).await
+async fn say(socket: &mut WebSocket, text: impl Into<Payload>) -> Result<(), End> {
+    within_patience(socket.send(Message::text(text))).await
 }
 
 /// A client that does not take what it is sent is gone.
-async fn within_patience(taken: impl Future<Output = Result<(), axum::Error>>) -> Result<(), End> {
+async fn within_patience(taken: impl Future<Output = Result<(), Error>>) -> Result<(), End> {
     timeout(PATIENCE, taken).await.map_err(|_| End::Gone)?.map_err(|_| End::Gone)
 }
 

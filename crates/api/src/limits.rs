@@ -9,9 +9,6 @@ pub(crate) const RECORDING: u64 = 64 * 1024 * 1024;
 /// The largest message of a client on a WebSocket, bytes.
 pub(crate) const MESSAGE: usize = 16 * 1024;
 
-/// So much is read of it at once, bytes. Most are as short as what a client wants to be told.
-pub(crate) const READ: usize = 2 * 1024;
-
 /// So many connections are open at once; further ones wait.
 pub(crate) const CONNECTIONS: usize = 256;
 
@@ -41,9 +38,6 @@ pub(crate) const FILM_VIEWS: usize = 20_000;
 
 /// How long a client has to say on a WebSocket what it wants, and to take what it is sent.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
-
-/// How long a WebSocket stays open behind its last word to a client that has sent too long a message.
-pub(crate) const LINGER: Duration = Duration::from_millis(200);
 
 /// Lets so many pass in a second, and as many at once after a rest.
 #[derive(Debug)]

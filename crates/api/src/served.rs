@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use axum::extract::ws::Utf8Bytes;
 use serde_json::{Value, json};
 use tokio::sync::{Mutex as Turn, Notify, Semaphore, watch};
+use tokio_websockets::Payload;
 use vimc4::{Control, Emulator, Error, Names, Snapshot, Time};
 use vimc4_answers::feed::Feed;
 use vimc4_answers::news::Messages;
@@ -59,7 +59,7 @@ pub(crate) struct Served {
     pub(crate) control: Control,
     pub(crate) feed: Arc<Feed>,
     /// What those who watch were told last.
-    messages: Mutex<Messages<Utf8Bytes>>,
+    messages: Mutex<Messages<Payload>>,
     /// What does not change.
     pub(crate) about: Value,
     pub(crate) snapshots: Snapshots,
@@ -171,7 +171,7 @@ impl App {
 
 impl Served {
     /// What those who watch were told last. It is whole at any time, so a panic elsewhere is no reason to stop.
-    pub(crate) fn messages(&self) -> MutexGuard<'_, Messages<Utf8Bytes>> {
+    pub(crate) fn messages(&self) -> MutexGuard<'_, Messages<Payload>> {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

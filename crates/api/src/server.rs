@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::{Body, to_bytes};
-use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Query, RawPathParams, Request, State};
 use axum::http::{self, HeaderMap, HeaderValue, Method, Response, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
@@ -16,6 +15,7 @@ use axum::routing::{MethodFilter, get, on};
 use axum::serve::Listener;
 use hyper::server::conn::http1;
 use hyper::service::{Service, service_fn};
+use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use thiserror::Error;
@@ -35,7 +35,7 @@ use crate::document;
 use crate::events;
 use crate::files::FILES;
 use crate::guard::{Token, has_token, is_from_here};
-use crate::limits::{CONNECTIONS, MESSAGE, PATIENCE, READ};
+use crate::limits::{CONNECTIONS, PATIENCE};
 use crate::refusal::refuse;
 use crate::served::App;
 use crate::table::RUNS;
@@ -352,23 +352,29 @@ fn fixed(kind: &'static str, body: impl Into<Body>) -> Response<Body> {
     response
 }
 
-async fn watch(
-    State(app): State<Arc<App>>,
-    headers: HeaderMap,
-    upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
-) -> Response<Body> {
-    let Ok(upgrade) = upgrade else {
+async fn watch(State(app): State<Arc<App>>, mut request: Request) -> Response<Body> {
+    let upgrade = request.extensions_mut().remove::<OnUpgrade>();
+    let key = events::accepted_key(request.headers());
+    let key = key.and_then(|key| HeaderValue::from_str(&key).ok());
+    let (Some(upgrade), Some(key)) = (upgrade, key) else {
         let remedy = "connect with a WebSocket, as in new WebSocket(\"ws://…/v1/events\")";
         let problem = Problem::new(Kind::WrongRequest, "this is a WebSocket", remedy);
         return refuse(&problem);
     };
-    let has_token = app.token.as_ref().is_none_or(|token| has_token(&headers, token).is_ok());
-    upgrade
-        // All of it is filled with zeros each time that somebody looks whether the client has said something.
-        .read_buffer_size(READ)
-        .max_message_size(MESSAGE)
-        .max_frame_size(MESSAGE)
-        .on_upgrade(move |socket| events::talk(socket, app, has_token))
+    let has_token =
+        app.token.as_ref().is_none_or(|token| has_token(request.headers(), token).is_ok());
+    tokio::spawn(async move {
+        if let Ok(connection) = upgrade.await {
+            events::talk(connection, app, has_token).await;
+        }
+    });
+    let mut response = Response::new(Body::empty());
+    *response.status_mut() = StatusCode::SWITCHING_PROTOCOLS;
+    let headers = response.headers_mut();
+    headers.insert(header::CONNECTION, HeaderValue::from_static("upgrade"));
+    headers.insert(header::UPGRADE, HeaderValue::from_static("websocket"));
+    headers.insert(header::SEC_WEBSOCKET_ACCEPT, key);
+    response
 }
 
 async fn nothing(request: Request) -> Response<Body> {

@@ -1,5 +1,6 @@
 //! The full screen.
 
+mod backend;
 mod brush;
 mod dots;
 mod draw;

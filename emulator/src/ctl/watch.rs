@@ -1,10 +1,13 @@
 //! What happens at controllers, as it happens.
 
 use std::io::{self, Write};
-use std::net::{TcpStream, ToSocketAddrs};
 
+use futures_util::{SinkExt, StreamExt};
 use serde_json::{Map, Value, json};
-use tungstenite::{Error, Message, WebSocket, client};
+use tokio::net::TcpStream;
+use tokio::runtime;
+use tokio::time::timeout;
+use tokio_websockets::{ClientBuilder, Error, Message, WebSocketStream};
 
 use super::client::{Client, PATIENCE, Trouble, part};
 use crate::failure::Failure;
@@ -44,19 +47,23 @@ pub(crate) fn watch(client: &Client, wanted: &Wanted<'_>) -> Result<(), Trouble>
     if let Some(token) = client.token() {
         wish["token"] = token.into();
     }
-    let mut socket = connect(client)?;
+    let runtime = runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.map_err(|error| client.lost(&error))?;
     let lost = |error: Error| Failure::midway(client.lost(&error).text());
-    socket.send(Message::text(wish.to_string())).map_err(lost)?;
+    let mut socket = runtime.block_on(connect(client))?;
+    runtime.block_on(socket.send(Message::text(wish.to_string()))).map_err(lost)?;
     let mut left = wanted.count;
     loop {
-        let message = match socket.read() {
-            Ok(Message::Text(message)) => message,
-            Ok(_) => continue,
+        let message = match runtime.block_on(socket.next()) {
+            Some(Ok(message)) => message,
             // The program that serves them has ended, and with it what happens there.
-            Err(Error::ConnectionClosed | Error::Protocol(_) | Error::Io(_)) => return Ok(()),
-            Err(error) => return Err(lost(error).into()),
+            None | Some(Err(Error::AlreadyClosed | Error::Protocol(_) | Error::Io(_))) => {
+                return Ok(());
+            }
+            Some(Err(error)) => return Err(lost(error).into()),
         };
-        let message: Value = serde_json::from_str(&message).unwrap_or_default();
+        let Some(message) = message.as_text() else { continue };
+        let message: Value = serde_json::from_str(message).unwrap_or_default();
         let several = numbers.len() > 1;
         match part(&message, "type") {
             "problem" => {
@@ -104,27 +111,20 @@ fn is_read(text: &str) -> Result<bool, Failure> {
     }
 }
 
-fn connect(client: &Client) -> Result<WebSocket<TcpStream>, Trouble> {
+async fn connect(client: &Client) -> Result<WebSocketStream<TcpStream>, Trouble> {
     let there = client.authority();
     let there = if there.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok()) {
         there.to_owned()
     } else {
         format!("{there}:80")
     };
-    let lost = |error: &dyn std::fmt::Display| client.lost(error);
-    let addresses = there.to_socket_addrs().map_err(|error| lost(&error))?;
-    let mut last = None;
-    for address in addresses {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
-            Ok(stream) => {
-                let socket =
-                    client::client(format!("ws://{}/v1/events", client.authority()), stream);
-                return socket.map(|(socket, _)| socket).map_err(|error| lost(&error));
-            }
-            Err(error) => last = Some(error),
-        }
-    }
-    Err(last.map_or_else(|| lost(&"it has no address"), |error| lost(&error)))
+    let stream = timeout(PATIENCE, TcpStream::connect(there)).await;
+    let stream =
+        stream.unwrap_or_else(|late| Err(late.into())).map_err(|error| client.lost(&error))?;
+    let url = format!("ws://{}/v1/events", client.authority());
+    let builder = ClientBuilder::new().uri(&url).map_err(|error| client.lost(&error))?;
+    let connected = builder.connect_on(stream).await;
+    connected.map(|(socket, _)| socket).map_err(|error| client.lost(&error))
 }
 
 /// An entry as a line of JSON, which says where it happened.

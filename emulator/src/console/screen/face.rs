@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::env;
-use std::io::{self, IsTerminal, Stdout};
+use std::io::{self, IsTerminal};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -10,19 +10,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ratatui_core::terminal::Terminal;
-use ratatui_crossterm::CrosstermBackend;
-use ratatui_crossterm::crossterm::cursor::{MoveTo, Show};
-use ratatui_crossterm::crossterm::event::{
-    self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers,
-};
-use ratatui_crossterm::crossterm::execute;
-use ratatui_crossterm::crossterm::style::{Attribute, Print, SetAttribute};
-use ratatui_crossterm::crossterm::terminal::{
+use crossterm::cursor::{MoveTo, Show};
+use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use crossterm::execute;
+use crossterm::style::{Attribute, Print, SetAttribute};
+use crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode, size,
 };
+use ratatui_core::terminal::Terminal;
 use vimc4_device::SignalKind;
 
+use super::backend::TerminalBackend;
 use super::draw::draw;
 use super::keys::{self, Act};
 use super::look::{Look, UNITS, inks};
@@ -74,7 +72,7 @@ pub(crate) fn check() -> Result<(), Failure> {
 }
 
 /// A terminal that is the screen's, and is given back whatever happens.
-struct Stage(Terminal<CrosstermBackend<Stdout>>);
+struct Stage(Terminal<TerminalBackend>);
 
 impl Stage {
     fn enter() -> io::Result<Stage> {
@@ -87,7 +85,7 @@ impl Stage {
         enable_raw_mode()?;
         IS_ENTERED.store(true, Ordering::Relaxed);
         execute!(io::stdout(), EnterAlternateScreen)?;
-        Ok(Stage(Terminal::new(CrosstermBackend::new(io::stdout()))?))
+        Ok(Stage(Terminal::new(TerminalBackend(io::stdout()))?))
     }
 }
 

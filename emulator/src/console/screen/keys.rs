@@ -1,8 +1,8 @@
 //! The keys of the full screen: one table, from which the help on them comes too.
 
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
-use ratatui_crossterm::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::brush::Brush;
 use super::ink::{Ink, Inks};

@@ -4,21 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use lsp_types::{
-    CodeActionKind, CodeActionOptions, CodeActionOrCommand, CodeActionParams,
-    CodeActionProviderCapability, CompletionOptions, CompletionParams, CompletionResponse,
+    CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionParams, CompletionResponse,
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     DocumentFormattingParams, DocumentSymbolParams, DocumentSymbolResponse, FoldingRange,
-    FoldingRangeParams, FoldingRangeProviderCapability, GotoDefinitionParams,
-    GotoDefinitionResponse, HoverParams, HoverProviderCapability, InitializeParams,
-    InitializeResult, InlayHint, InlayHintParams, Location, OneOf, PublishDiagnosticsParams,
-    ReferenceParams, SemanticTokens, SemanticTokensFullOptions, SemanticTokensOptions,
-    SemanticTokensParams, SemanticTokensRangeParams, SemanticTokensServerCapabilities,
-    ServerCapabilities, ServerInfo, TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit,
-    Uri,
+    FoldingRangeParams, GotoDefinitionParams, GotoDefinitionResponse, HoverParams, InlayHint,
+    InlayHintParams, Location, PublishDiagnosticsParams, ReferenceParams, SemanticTokens,
+    SemanticTokensParams, SemanticTokensRangeParams, TextDocumentSyncKind, TextEdit, Uri,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Value, json};
 use vimc4_ncp::job::{self, Target};
 use vimc4_ncp::language::service::Context;
 use vimc4_ncp::language::{lines, service};
@@ -88,7 +83,7 @@ impl Server {
 
     fn request(&mut self, method: &str, params: Value) -> Result<Value, Refusal> {
         match (self.stage, method) {
-            (Stage::Before, "initialize") => result(self.initialize(read(params)?)),
+            (Stage::Before, "initialize") => self.initialize(&params),
             (Stage::Before, _) => Err(Refusal::uninitialized()),
             (Stage::ShutDown, _) => Err(Refusal::request("the server is shut down")),
             (Stage::Running, "initialize") => Err(Refusal::request("initialize comes only once")),
@@ -119,51 +114,32 @@ impl Server {
         }
     }
 
-    fn initialize(&mut self, params: InitializeParams) -> InitializeResult {
-        self.stage = Stage::Running;
-        params.process_id.into_iter().for_each(self.guard);
-        let completion = params.capabilities.text_document.and_then(|text| text.completion);
-        let item = completion.and_then(|completion| completion.completion_item);
-        self.snippets = item.and_then(|item| item.snippet_support).unwrap_or_default();
-        InitializeResult {
-            capabilities: ServerCapabilities {
-                text_document_sync: Some(TextDocumentSyncCapability::Kind(
-                    TextDocumentSyncKind::INCREMENTAL,
-                )),
-                hover_provider: Some(HoverProviderCapability::Simple(true)),
-                completion_provider: Some(CompletionOptions {
-                    trigger_characters: Some(vec![" ".to_owned()]),
-                    ..CompletionOptions::default()
-                }),
-                document_symbol_provider: Some(OneOf::Left(true)),
-                code_action_provider: Some(CodeActionProviderCapability::Options(
-                    CodeActionOptions {
-                        code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
-                        ..CodeActionOptions::default()
-                    },
-                )),
-                document_formatting_provider: Some(OneOf::Left(true)),
-                definition_provider: Some(OneOf::Left(true)),
-                references_provider: Some(OneOf::Left(true)),
-                folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
-                inlay_hint_provider: Some(OneOf::Left(true)),
-                semantic_tokens_provider: Some(
-                    SemanticTokensServerCapabilities::SemanticTokensOptions(
-                        SemanticTokensOptions {
-                            legend: show::legend(),
-                            range: Some(true),
-                            full: Some(SemanticTokensFullOptions::Bool(true)),
-                            ..SemanticTokensOptions::default()
-                        },
-                    ),
-                ),
-                ..ServerCapabilities::default()
-            },
-            server_info: Some(ServerInfo {
-                name: "vimc4".to_owned(),
-                version: Some(env!("CARGO_PKG_VERSION").to_owned()),
-            }),
+    /// Reads only what matters here: the structures for everything that editors can do are large.
+    fn initialize(&mut self, params: &Value) -> Result<Value, Refusal> {
+        if !params["capabilities"].is_object() {
+            return Err(Refusal::params("`capabilities` is not an object"));
         }
+        self.stage = Stage::Running;
+        let process = params["processId"].as_u64().and_then(|process| process.try_into().ok());
+        process.into_iter().for_each(self.guard);
+        let item = &params["capabilities"]["textDocument"]["completion"]["completionItem"];
+        self.snippets = item["snippetSupport"].as_bool().unwrap_or_default();
+        Ok(json!({
+            "capabilities": {
+                "textDocumentSync": TextDocumentSyncKind::INCREMENTAL,
+                "hoverProvider": true,
+                "completionProvider": { "triggerCharacters": [" "] },
+                "documentSymbolProvider": true,
+                "codeActionProvider": { "codeActionKinds": [CodeActionKind::QUICKFIX] },
+                "documentFormattingProvider": true,
+                "definitionProvider": true,
+                "referencesProvider": true,
+                "foldingRangeProvider": true,
+                "inlayHintProvider": true,
+                "semanticTokensProvider": { "legend": show::legend(), "range": true, "full": true },
+            },
+            "serverInfo": { "name": "vimc4", "version": env!("CARGO_PKG_VERSION") },
+        }))
     }
 
     fn hover(&self, params: HoverParams) -> Result<Option<lsp_types::Hover>, Refusal> {
