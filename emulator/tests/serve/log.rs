@@ -103,6 +103,22 @@ fn nothing_that_happens_to_the_machine_or_a_program_is_left_out() {
 }
 
 #[test]
+fn a_program_that_stop_halts_and_a_motion_replaces_is_told() {
+    let mut talk = Talk::start("");
+    assert_eq!(talk.ask("@01\r@0i\r05000,1000\r9\r", 4), "0000");
+    assert_eq!(talk.order("press start"), "ok");
+    assert_eq!(talk.order("press stop"), "ok");
+    assert_eq!(talk.ask("@0A5,300\r", 1), "0");
+    assert_told(
+        &talk.end(),
+        &[
+            "cut short: in line 1 of the program, by STOP at the panel: START or @0S goes on with it",
+            "cut short: in line 1 of the program, by a motion of the host: the rest of it is dropped",
+        ],
+    );
+}
+
+#[test]
 fn what_a_client_wrote_before_it_closed_comes_before_the_news_of_that() {
     let mut talk = Talk::start("");
     let mut pty = talk.open_pty();
