@@ -101,13 +101,15 @@ impl SweepSession {
     }
 
     /// What came of a point with a host that has given this and ended so, as a text for `SweepResults`.
-    /// `ending` is `returned`, `raised`, `asserted` if an assertion of the test failed, or `hung`.
+    /// `ending` is `returned`, `raised`, `asserted` if an assertion of the test failed, `unmet` if an expectation
+    /// was not met, or `hung`.
     fn judge(&self, py: Python<'_>, number: u64, given: &str, ending: &str) -> PyResult<String> {
         let given: Vec<TimedInput> = read(given)?;
         let exit = match ending {
             "returned" => Exit::Code(0),
             "raised" => Exit::Code(1),
             "asserted" => Exit::Asserted,
+            "unmet" => Exit::Unmet,
             "hung" => Exit::Hung,
             _ => return Err(PyValueError::new_err(format!("`{ending}` is not an ending"))),
         };

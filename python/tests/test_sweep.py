@@ -6,16 +6,18 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from time import sleep as sleep
 
 import pytest
 import vimc4 as virtual
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from stepper import Stepper
+from stepper import Stepper, StepperError
 from sweeping import assertive, careful, careless, patient
 
 
@@ -457,3 +459,90 @@ def test_the_workers_may_be_those_of_dask(tmp_path):
         swept = virtual.sweep(careless, **options, executor=client.get_executor())
         assert len(client.scheduler_info()["workers"]) == 2
     assert swept.lines() == alone
+
+
+STOPPED = {"model": "imc-s8", "machine": "mill", "harms": ["stop"], "modes": ["transient"]}
+
+
+def resuming(emulator, wait):
+    """It waits until STOP is released, and goes on then."""
+    stepper = Stepper(emulator.serial(timeout=1))
+    stepper.reference()
+    stepper.start_move_by(800, 0, 0, speed=900)
+    while stepper.port.read(1) == b"F":
+        wait(stepper.port)
+        stepper.port.write(b"@0S\r")
+
+
+def reading(port):
+    port.timeout = 0.2
+    assert port.read(1) == b""
+    port.timeout = 1
+
+
+@pytest.mark.parametrize("wait", [lambda port: time.sleep(0.2), lambda port: sleep(0.2), reading])
+def test_what_passes_by_itself_has_passed_when_a_driver_has_waited(wait):
+    swept = virtual.sweep(functools.partial(resuming, wait=wait), **STOPPED)
+    assert swept.bad == [] and any("sent `@#S`" in outcome.did for outcome in swept.outcomes)
+    assert {outcome.machine for outcome in swept.outcomes} == {"as it should be"}
+    assert time.sleep is sleep
+
+
+def power_fails(emulator, ask):
+    """It begins again with a new reference run where it should, and forgets it otherwise."""
+    stepper = Stepper(emulator.serial(timeout=1))
+    stepper.reference()
+    try:
+        ask(stepper, "@0A800,900,0,900,0,900,0,900")
+    except StepperError:
+        ask(stepper, "@07")
+        ask(stepper, "@0A800,900,0,900,0,900,0,900")
+
+
+def reading_once(stepper, line):
+    stepper.send(line)
+    stepper.wait()
+
+
+def polling_often(stepper, line):
+    """It reads for a short time again and again, up to a time of its own."""
+    stepper.port.timeout = 0.05
+    stepper.send(line)
+    end = time.monotonic() + 10
+    while time.monotonic() < end:
+        if answer := stepper.port.read(1):
+            if answer != b"0":
+                raise StepperError(line, answer.decode("ascii", "replace"))
+            return
+    raise StepperError(line, "")
+
+
+@pytest.mark.parametrize("ask", [reading_once, polling_often])
+def test_power_comes_back_while_a_driver_waits(ask):
+    swept = virtual.sweep(
+        functools.partial(power_fails, ask=ask), "imc-s8", "mill", harms=["power-off"], modes=["transient"]
+    )
+    assert "it moves before it has made a reference run" in {outcome.title for outcome in swept.bad}
+    assert "it hangs" not in {outcome.title for outcome in swept.outcomes}
+
+
+def recorded(emulator):
+    moving(emulator)
+    assert [one.mnemonic for one in emulator.commands()][-1] == "@A"
+    assert emulator.journal().moves() and emulator.conversation()
+
+
+def test_a_sweep_keeps_the_record():
+    assert virtual.sweep(recorded, **STOPPED).bad == []
+
+
+def slow_once(emulator, runs):
+    """Something else keeps the computer busy, in one run only."""
+    runs.append(1)
+    moving(emulator)
+    if len(runs) == 5:
+        threading.Event().wait(2.3)
+
+
+def test_a_driver_that_is_slow_once_does_not_hang():
+    assert virtual.sweep(functools.partial(slow_once, runs=[]), **STOPPED).bad == []

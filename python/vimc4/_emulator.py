@@ -309,7 +309,10 @@ class Emulator:
     ) -> Port:
         """Opens the line from within the process. All that are open at the same time are one wire:
         each sees everything the controller sends. It needs nothing but Python."""
-        return Port(self._core.connect().wait(), timeout, write_timeout)
+        return Port(self._connect(), timeout, write_timeout)
+
+    def _connect(self) -> _vimc4.Port:
+        return self._core.connect().wait()
 
     def serial(
         self, baudrate: int | None = None, *, timeout: float | None = 10.0, **settings: Any

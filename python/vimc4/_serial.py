@@ -67,7 +67,7 @@ class Serial(serial.Serial):  # type: ignore[misc]
             except (Error, ValueError) as error:
                 raise serial.SerialException(f"could not open {self._port}: {error}") from error
         try:
-            self._line = self._emulator._core.connect().wait()
+            self._line = self._emulator._connect()
         except Ended as error:
             raise serial.SerialException(f"could not open {self._port}: {error}") from error
         self.is_open = True

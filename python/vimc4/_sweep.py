@@ -15,9 +15,10 @@ import time
 import traceback
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, NamedTuple, NoReturn, cast
 
 from . import _vimc4
+from ._clock import GivenUp, Limit, SweptLine, drives, swept_clock
 from ._emulator import Emulator
 from ._errors import Error, Unfinished, Unmet
 from ._named import named
@@ -32,10 +33,6 @@ Drive = Callable[[Emulator], object]
 
 AT_ONCE = 32
 """How many points a worker gets at a time."""
-
-
-class GivenUp(BaseException):
-    """A driver waits for what never comes. It is not meant to be caught."""
 
 
 class Broken(NamedTuple):
@@ -94,8 +91,8 @@ class Unsweepable(Error):
 
 
 class _Tried(Emulator):
-    """An emulator that a driver is tried with. Time passes while one of its ports is read, and at once; a
-    time-out is over as soon as nothing can come any more."""
+    """An emulator that a driver is tried with. Time passes while one of its ports is read or the driver sleeps, and
+    takes none on the wall."""
 
     _tried = True
 
@@ -107,6 +104,9 @@ class _Tried(Emulator):
                     "or connect() is read; open one of these, or sweep the program with `vimc4 sweep -- COMMAND`"
                 )
         super().__init__(*args, **options)
+
+    def _connect(self) -> _vimc4.Port:
+        return cast("_vimc4.Port", SweptLine(super()._connect(), self))
 
     @property
     def aio(self) -> NoReturn:
@@ -137,6 +137,8 @@ class _Task(NamedTuple):
     given: str
     choice: str
     limit: float
+    grows: bool
+    """Whether the limit may grow: nobody has set it."""
     name: str
     """What tells the driver from others, before it has run."""
 
@@ -149,6 +151,8 @@ class _Ran(NamedTuple):
     given: str
     """What it has given."""
     error: BaseException | None = None
+    is_slow: bool = False
+    """Whether it has exceeded its limit."""
 
 
 class Sweep:
@@ -189,9 +193,13 @@ class Sweep:
         point = whole(point, "point; give the number of one, from 0 on")
         if not 0 <= point < self.points:
             raise ValueError(f"there is no point {point}; there are {self.points}, from 0 on")
-        with _Tried(self._task.model, self._task.machine, "manual", record=False, coverage=False) as emulator:
+        with swept_clock(), _Tried(self._task.model, self._task.machine, "manual", coverage=False) as emulator:
             self._session.begin(emulator._core, point)
-            self._task.drive(emulator)
+            drives(emulator)
+            try:
+                self._task.drive(emulator)
+            finally:
+                drives(None)
 
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.outcomes))
@@ -217,9 +225,9 @@ def sweep(
     each byte each way, each command, each part of a motion.
 
     :param drive: gets an emulator and uses it; it reports success by returning, and an error by raising. Its own
-        ``assert``, and an expectation that is not met, is an error only if it is about the first wrong answer
-        itself: an assertion about the position at the end does not count as noticed. It is run twice without a
-        fault, and has to send the same
+        ``assert`` is an error only if it is about the first wrong answer itself: an assertion about the position at
+        the end does not count as noticed. An expectation that is not met after the driver has gone on is something
+        wrong. The driver is run twice without a fault, and has to send the same
     :param model: a built-in name or a profile file
     :param machine: a built-in name or a profile file
     :param executor: any of ``concurrent.futures``, also of Dask; this thread if there is none. Where it
@@ -232,8 +240,8 @@ def sweep(
         it carries: the arguments of a partial, the attributes of an object, the variables of a closure; what its
         text says is not compared, and of a lambda its line counts
     :param limit: after so many seconds a driver counts as one that hangs; without it after twenty times as
-        long as it takes without a fault, and at least two seconds. One that waits for something else than its
-        port is left behind as a thread of the background
+        long as it takes without a fault, at least two seconds, and three times as long as the slowest run so far. One
+        that waits for something else than its port is left behind as a thread of the background
     :param progress: called with how many points are done and how many there are to do
     """
     if not is_done_when_it_returns(drive):
@@ -255,11 +263,12 @@ def sweep(
             f"`known` may be from another driver: nothing can be said of {unclear} that {name} carries; give a function "
             "of a module, or a functools.partial of one with plain values"
         )
-    task = _Task(drive, model, machine, "[]", chosen(harms, modes), patience(limit), name)
+    task = _Task(drive, model, machine, "[]", chosen(harms, modes), patience(limit), limit is None, name)
     began = time.monotonic()
     clean = []
     for _ in range(2):
-        ran = _run(task, None, 0)
+        with swept_clock():
+            ran = _run(task, None, 0, task.limit)
         if isinstance(ran.error, Unsweepable):
             raise ran.error
         if ran.ending != "returned":
@@ -351,7 +360,9 @@ def ending(error: BaseException | None, own: Callable[[str], bool]) -> Ending:
         return "returned"
     if isinstance(error, GivenUp):
         return "hung"
-    if isinstance(error, (Unmet, Unfinished)):
+    if isinstance(error, Unmet):
+        return "unmet"
+    if isinstance(error, Unfinished):
         return "asserted"
     pytest = sys.modules.get("pytest")
     failed = AssertionError if pytest is None else (AssertionError, pytest.fail.Exception)
@@ -454,31 +465,36 @@ def _first(
 def _try(task: _Task, points: Iterable[int]) -> list[str]:
     """Tries some points, in whatever process this is."""
     session = begun(task.model, task.machine, task.given, task.choice)
-    judged = []
-    for point in points:
-        ran = _run(task, session, point)
-        judged.append(session.judge(point, ran.given, ran.ending))
+    judged: list[str] = []
+    limit = Limit(task.limit, task.grows)
+    with swept_clock():
+        for point in points:
+            ran = limit.tries(lambda seconds: _run(task, session, point, seconds), lambda ran: ran.is_slow)
+            judged.append(session.judge(point, ran.given, ran.ending))
     return judged
 
 
-def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
+def _run(task: _Task, session: _vimc4.SweepSession | None, point: int, limit: float) -> _Ran:
     """Runs a driver once."""
-    with _Tried(task.model, task.machine, "manual", record=False, coverage=False) as emulator:
+    with _Tried(task.model, task.machine, "manual", coverage=False) as emulator:
         if session is not None:
             session.begin(emulator._core, point)
         ended: list[BaseException | None] = []
 
         def run() -> None:
+            drives(emulator)
             try:
                 task.drive(emulator)
                 emulator.check()
                 ended.append(None)
             except BaseException as error:
                 ended.append(error)
+            finally:
+                drives(None)
 
         driver = threading.Thread(target=run, name="vimc4 driver", daemon=True)
         driver.start()
-        driver.join(task.limit)
+        driver.join(limit)
         hung = driver.is_alive()
         given = emulator._core.given().wait()
         # Whatever else it has expected, it has ended.
@@ -486,7 +502,7 @@ def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> _Ran:
         if hung:
             _end(driver)
     if hung or not ended:
-        return _Ran("hung", given)
+        return _Ran("hung", given, is_slow=hung)
     own = file_of(task.drive)
     return _Ran(ending(ended[0], lambda file: file == own), given, ended[0])
 

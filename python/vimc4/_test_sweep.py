@@ -13,11 +13,11 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 from . import _vimc4
+from ._clock import GivenUp, Limit, TooSlow, drives, swept_clock
 from ._errors import Error
 from ._sweep import (
     AWAITS,
     PATIENCE,
-    GivenUp,
     Swept,
     Unsweepable,
     _Tried,
@@ -58,6 +58,8 @@ class Trial:
         self._emulator: Emulator | None = None
         self._error: BaseException | None = None
         self._hung = False
+        self.is_slow = False
+        """Whether it has exceeded its limit."""
         self.given = "[]"
         self.site: tuple[Any, Any] = ("imc4", "bench")
         self.recorded = False
@@ -68,7 +70,7 @@ class Trial:
         if self._emulator is not None:
             self.refusal = Error("a test with several controllers cannot be swept; leave it out")
             raise self.refusal
-        ours = ("model", "machine", "time", "record", "coverage", "recording", "record_failure")
+        ours = ("model", "machine", "time", "coverage", "recording", "record_failure")
         others = {name: value for name, value in options.items() if name not in ours}
         if self.recorded:
             folder = request.getfixturevalue("tmp_path_factory").mktemp("vimc4-sweep")
@@ -76,13 +78,14 @@ class Trial:
         self.site = (options.get("model", "imc4"), options.get("machine", "bench"))
         try:
             self._emulator = _Tried(
-                *self.site, "manual", record=False, coverage=False, recording=self.recording, **others
+                *self.site, "manual", coverage=False, recording=self.recording, **others
             )
         except Unsweepable as error:
             self.refusal = error
             raise
         if self._session is not None:
             self._session.begin(self._emulator._core, self._point)
+        drives(self._emulator)
         return self._emulator
 
     def end(self) -> None:
@@ -96,12 +99,13 @@ class Trial:
         if isinstance(error, Unsweepable):
             self.refusal = error
         self._hung |= isinstance(error, GivenUp)
+        self.is_slow |= isinstance(error, TooSlow)
         if self._error is None:
             self._error = error
 
     def give_up(self) -> None:
         """It has not ended."""
-        self._hung = True
+        self._hung = self.is_slow = True
 
     def ending(self, item: pytest.Function) -> Ending:
         """How the test has ended. Its module and the files ``conftest.py`` are its own."""
@@ -121,6 +125,13 @@ def swept(
 ) -> list[pytest.TestReport]:
     """Sweeps a test. Its reports are those of a run without a fault, which fails in the end if something is wrong
     with a fault. A test that cannot be swept is an error, whatever it is expected to do."""
+    with swept_clock():
+        return _swept(item, nextitem, mark)
+
+
+def _swept(
+    item: pytest.Function, nextitem: pytest.Item | None, mark: pytest.Mark | None
+) -> list[pytest.TestReport]:
     began = time.perf_counter()
     told: str = ""
     failure: Error | None = None
@@ -181,17 +192,17 @@ def _sweep(
             # Its own report says so, unless it does not fail again.
             return "", Error("it cannot be swept: without a fault it fails one time, and another time it does not")
         clean.append(trial.given)
-    limit = longest((time.monotonic() - began) / 2) if limit is None else patience(limit)
+    usual = longest((time.monotonic() - began) / 2) if limit is None else patience(limit)
+    limits = Limit(usual, limit is None)
     session = begun_twice(*trial.site, clean, choice)
     results = _vimc4.SweepResults(session, item.nodeid)
     for point in range(session.points):
-        trial = Trial(session, point)
-        _run(item, item.parent, trial, limit)
+        trial = limits.tries(lambda seconds: _tried(item, Trial(session, point), seconds), lambda it: it.is_slow)
         results.add(session.judge(point, trial.given, trial.ending(item)))
     found = outcomes(results)
     bad = [outcome for outcome in found if outcome.bad]
     told = summary(session.points, found)
-    cases = [f"{outcome}\n{_recorded(item, session, outcome.point, limit)}" for outcome in bad]
+    cases = [f"{outcome}\n{_recorded(item, session, outcome.point, limits.now())}" for outcome in bad]
     # How it has ended stands last, where a long report is read first.
     return told, Swept("\n\n".join([*cases, told])) if bad else None
 
@@ -204,6 +215,11 @@ def _recorded(
     trial.recorded = True
     _run(item, item.parent, trial, limit)
     return f"  vimc4 replay {trial.recording}\n  vimc4 console {trial.recording}"
+
+
+def _tried(item: pytest.Function, trial: Trial, limit: float) -> Trial:
+    _run(item, item.parent, trial, limit)
+    return trial
 
 
 def _run(
@@ -222,6 +238,7 @@ def _run(
         return []
     finally:
         item.stash[TRIAL] = None
+        drives(None)
 
 
 @contextmanager
@@ -233,7 +250,7 @@ def _given_up_after(limit: float) -> Iterator[None]:
         return
 
     def give_up(*_: object) -> None:
-        raise GivenUp(f"it has not ended after {limit:.1f} s")
+        raise TooSlow(f"it has not ended after {limit:.1f} s")
 
     before = signal.signal(signal.SIGALRM, give_up)
     signal.setitimer(signal.ITIMER_REAL, limit)

@@ -215,7 +215,7 @@ Harm = Literal[
 ]  # fmt: skip
 """What goes wrong in a sweep."""
 
-Ending = Literal["returned", "raised", "asserted", "hung"]
+Ending = Literal["returned", "raised", "asserted", "unmet", "hung"]
 """How a run of a driver has ended: ``asserted`` if only an assertion of its test failed."""
 
 Mode = Literal["transient", "persistent", "compound"]

@@ -26,6 +26,9 @@ pub enum Exit {
     Hung,
     /// The host itself reported nothing, but an assertion of its test failed.
     Asserted,
+    /// The host itself reported nothing, but something that its test expects of the machine or the conversation was
+    /// not so.
+    Unmet,
 }
 
 /// The first thing that the host heard otherwise than without the fault.
@@ -95,6 +98,8 @@ pub enum Verdict {
     Crashed,
     /// It moved axes of which the controller did not know where they are.
     MovedUnreferenced,
+    /// It went on after a wrong answer, or without one, until an expectation of its test was not met.
+    Unmet,
     /// It reported success, or left the error to an assertion of its test, and the machine is not where it
     /// should be.
     FalseSuccess,
@@ -149,6 +154,7 @@ impl Outcome {
             (Some(Verdict::Hung), ..) => "it hangs",
             (Some(Verdict::Crashed), ..) => "it crashes",
             (Some(Verdict::MovedUnreferenced), ..) => "it moves before it has made a reference run",
+            (Some(Verdict::Unmet), ..) => "it goes on, and an expectation of the test is not met",
             (Some(Verdict::FalseSuccess), Exit::Asserted, _) => {
                 "only an assertion of the test fails, and the machine is not where it should be"
             }
@@ -212,6 +218,7 @@ impl Outcome {
             Exit::Signal(signal) => format!("{went_on}; killed by signal {signal}"),
             Exit::Hung => format!("{went_on}; did not end within the time limit"),
             Exit::Asserted => format!("{went_on}; only an assertion of the test failed"),
+            Exit::Unmet => format!("{went_on}; an expectation of the test was not met"),
         }
     }
 
@@ -247,6 +254,9 @@ impl Outcome {
             Verdict::MovedUnreferenced => {
                 "the position is unknown then: make a reference run before the next move, or report \
                  an error"
+            }
+            Verdict::Unmet => {
+                "report an error, or undo what the fault has changed, before the next command"
             }
             Verdict::FalseSuccess => {
                 "report an error, or recover: a reference run, and the move once more"
@@ -296,6 +306,9 @@ pub(crate) fn part(clean: &Account, seen: &Account, before: usize, exit: Exit) -
         Exit::Asserted => !is_about_answer(cue.as_ref(), seen_rest),
         _ => false,
     };
+    if exit == Exit::Unmet && !is_about_answer(cue.as_ref(), seen_rest) {
+        verdicts.push(Verdict::Unmet);
+    }
     if is_silent && is_elsewhere {
         verdicts.push(Verdict::FalseSuccess);
     }
@@ -303,7 +316,7 @@ pub(crate) fn part(clean: &Account, seen: &Account, before: usize, exit: Exit) -
     Parting { outcome: Outcome { verdicts, exit, cue, then, machine, powered }, cue: place }
 }
 
-/// Whether an assertion of the test is about the wrong answer itself, which the host has returned to it: nothing
+/// Whether an assertion or an expectation of the test is about the wrong answer itself, which the host has returned to it: nothing
 /// was said since. What a longer answer says, such as a position, is the end state that the test asks for.
 fn is_about_answer(cue: Option<&Cue>, rest: &[Exchange]) -> bool {
     rest.is_empty() && cue.is_some_and(|cue| cue.heard != Heard::Otherwise)

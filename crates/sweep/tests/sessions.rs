@@ -168,14 +168,15 @@ fn a_host_that_moves_after_a_power_failure_is_caught() {
 fn an_assertion_of_the_test_has_noticed_nothing_for_the_host() {
     let choice = Choice { live: true, ..Choice::default() };
     let session = session(&LINES, &choice);
-    let judged = |place, harm, lines: &[&str]| {
+    let judged_as = |exit, place, harm, lines: &[&str]| {
         let number = number(&session, place, harm, Mode::Transient);
         let faults = session.begin(&session.plan().point(number).unwrap());
         let faults = faults.into_iter().map(|input| TimedInput { at: Time::ZERO, input });
         let given: Vec<TimedInput> = faults.chain(inputs(lines).0).collect();
-        let (found, case) = session.judge(number, &given, Exit::Asserted).unwrap();
+        let (found, case) = session.judge(number, &given, exit).unwrap();
         (found.outcome, case)
     };
+    let judged = |place, harm, lines: &[&str]| judged_as(Exit::Asserted, place, harm, lines);
     let motion = session.clean().motions.iter().position(|motion| !motion.references).unwrap();
     let stopped = Place::Motion(motion, 2);
     // It passes F over and goes on, and the test finds the axis elsewhere.
@@ -194,6 +195,12 @@ fn an_assertion_of_the_test_has_noticed_nothing_for_the_host() {
     let digit = LINES[..2].iter().map(|line| line.len() + 1).sum::<usize>() + 5;
     let (outcome, _) = judged(Place::ToController(digit), Harm::Dropped, &LINES);
     assert_eq!(outcome.verdicts, [Verdict::FalseSuccess]);
+    // What the test expects is not met once the host has gone on, wherever the machine is.
+    let (outcome, _) = judged_as(Exit::Unmet, stopped, Harm::Stop, &LINES[..3]);
+    assert_eq!(outcome.verdicts, []);
+    let (outcome, _) = judged_as(Exit::Unmet, stopped, Harm::Stop, &LINES);
+    assert_eq!(outcome.verdicts, [Verdict::Unmet]);
+    assert_eq!(outcome.title(), "it goes on, and an expectation of the test is not met");
 }
 
 #[test]
