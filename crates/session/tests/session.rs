@@ -4,12 +4,17 @@
 
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, bare, machine, model};
+use vimc4_catalogue::{Controller, all_names, bare, machine, model};
 use vimc4_device::{Condition, Device, Kinds, Line};
+use vimc4_language::read_condition;
 use vimc4_session::{
     AdvanceRequest, Clock, Completion, ControlError, Destination, EventFilter, LineEvent,
     ReportKind, Session, SessionOutput, Source, Work,
 };
+
+fn condition(text: &str) -> Condition {
+    read_condition(text, all_names()).unwrap()
+}
 
 /// A session on a bench, and all that has come out of it.
 struct Bench {
@@ -90,7 +95,7 @@ fn a_reply_comes_when_its_time_has_come() {
 fn a_breakpoint_in_a_move_holds_time_until_it_goes_on() {
     let mut bench = Bench::new(Clock::Real);
     bench.send("@01\r@0A900,900\r");
-    let breakpoint = bench.session.add_breakpoint("x = 300".parse().unwrap());
+    let breakpoint = bench.session.add_breakpoint(condition("x = 300"));
     bench.session.await_pause();
     bench.wait(Duration::from_secs(60));
     assert_eq!((bench.replies.as_str(), bench.x()), ("0", 300));
@@ -113,14 +118,13 @@ fn time_that_moves_on_request_arrives_or_says_why_not() {
     bench.wait(Duration::from_secs(60));
     assert_eq!(bench.x(), 0);
 
-    let until = |condition: &str| Destination::Until(condition.parse::<Condition>().unwrap());
-    let id = bench.session.advance(tester(), until("x = 450"));
+    let id = bench.session.advance(tester(), Destination::Until(condition("x = 450")));
     bench.work();
     let now = bench.session.now();
     assert_eq!(bench.session.poll_completion(), Some((id, Completion::Advanced(Ok(now)))));
     assert_eq!(bench.x(), 450);
 
-    bench.session.advance(tester(), until("x = 5000"));
+    bench.session.advance(tester(), Destination::Until(condition("x = 5000")));
     bench.work();
     assert_eq!(bench.completion(), Completion::Advanced(Err(ControlError::Never)));
 
