@@ -56,6 +56,7 @@ pub(crate) struct Share {
 
 impl Share {
     /// Whether the line that ends a recording has been read.
+    #[cfg(feature = "api")]
     pub(crate) fn is_whole(&self) -> bool {
         self.is_whole.get()
     }
