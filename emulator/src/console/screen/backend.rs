@@ -49,13 +49,13 @@ impl Backend for TerminalBackend {
             next = Some((x.saturating_add(1), y));
             if current != (cell.fg, cell.modifier) {
                 current = (cell.fg, cell.modifier);
-                queue!(out, SetAttribute(Attribute::Reset))?;
+                // Without colours this one resets everything, so the attributes come after it.
+                queue!(out, SetAttribute(Attribute::Reset), SetForegroundColor(colour(cell.fg)))?;
                 for (modifier, attribute) in ATTRIBUTES {
                     if cell.modifier.contains(modifier) {
                         queue!(out, SetAttribute(attribute))?;
                     }
                 }
-                queue!(out, SetForegroundColor(colour(cell.fg)))?;
             }
             queue!(out, Print(cell.symbol()))?;
         }
