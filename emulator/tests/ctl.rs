@@ -204,7 +204,8 @@ fn a_token_is_in_a_file_or_the_environment() {
     let mut command = vimc4(folder, &["ctl", "--url", &url, "position"]);
     let (code, seen, _) =
         said(command.env("VIMC4_TOKEN", "0123456789abcdef").output_in_time().unwrap());
-    assert_eq!((code, seen.as_str()), (0, "X 0 Y 0 Z 0 A 0, cannot move\n"));
+    let position = "X 0 Y 0 Z 0 A 0, cannot move; X, Y, Z need a reference run\n";
+    assert_eq!((code, seen.as_str()), (0, position));
     // What cannot be sent is not taken for another server.
     fs::write(folder.join("token.txt"), "0123456789\nabcdef\n").unwrap();
     let (code, told) = wrong(with(&["position"]));
