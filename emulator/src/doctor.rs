@@ -55,7 +55,7 @@ const LISTEN: Duration = Duration::from_millis(200);
 
 /// How long an answer may take, and how long what belongs to it may be behind.
 const ANSWER: Duration = Duration::from_millis(500);
-const PAUSE: Duration = Duration::from_millis(80);
+const PAUSE: Duration = Duration::from_millis(250);
 
 /// No answer is longer, in bytes and in time.
 const LONGEST: usize = 2_048;
