@@ -16,7 +16,7 @@ use crate::{EventFilter, Report, ReportKind, Sink};
 /// [`ReportKind::Missed`] then takes their place. When this is dropped, the controllers detach its sink.
 ///
 /// ```
-/// use vimc4_host::{Reports, Wants};
+/// use vimc4_host::{EventFilter, Reports};
 ///
 /// // As many controllers as wanted get a copy of the tap, as a sink.
 /// let (tap, mut reports) = Reports::new(EventFilter::ALL, 10_000);
