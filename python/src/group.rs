@@ -363,9 +363,8 @@ impl Group {
             let inner = self.inner()?;
             let (member, names) = &inner.members[place(self.number, inner.members.len(), member)?];
             let condition = vimc4::read_condition(condition, names);
-            let wrong = |error: vimc4::SyntaxError| {
-                error::raise(py, "ConditionError", error.to_string())
-            };
+            let wrong =
+                |error: vimc4::SyntaxError| error::raise(py, "ConditionError", error.to_string());
             (*member, condition.map_err(wrong)?)
         };
         self.work(py, |inner| Ok(inner.group.run_until(member, &condition)?.map(Time::as_nanos)))

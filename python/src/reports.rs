@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 
 use pyo3::prelude::*;
-use vimc4::{Report, Tap, EventFilter};
+use vimc4::{EventFilter, Report, Tap};
 
 use crate::convert::{kinds, plain};
 use crate::error;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use vimc4::device::TimedInput;
 use vimc4::device::{Controller, Line};
-use vimc4::{Faulting, Report, Sink, EventFilter, ReportKind};
+use vimc4::{EventFilter, Faulting, Report, ReportKind, Sink};
 use vimc4_sweep::{Case, Choice, Exit, Profile, Results, Row, Session};
 
 use crate::convert::plain;
