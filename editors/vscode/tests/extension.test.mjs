@@ -54,7 +54,7 @@ const vscode = {
         onDidSaveTextDocument: () => nothing,
         onDidChangeConfiguration: () => nothing,
         // A person gives it a name.
-        save: async ({ scheme, fsPath }) => (scheme === "untitled" ? open("named.ncp", "IMF_PBL\nREF XYZ\n").uri : uri(fsPath)),
+        save: async ({ scheme, fsPath }) => (scheme === "untitled" ? open("named.ncp", "IMF_PBL\nREF XYZ\nPROGEND\n").uri : uri(fsPath)),
     },
     window: {
         showErrorMessage: tell("error"),
@@ -181,7 +181,7 @@ test("what had no name is saved and is then the file of that name", async () => 
 });
 
 test("a path that is none is told of", async () => {
-    open("right.ncp", "IMF_PBL\nREF XYZ\n");
+    open("right.ncp", "IMF_PBL\nREF XYZ\nPROGEND\n");
     mkdirSync(join(folder, "vimc4"), { recursive: true });
     for (const [path, remedy] of [
         ["target/debug/vimc4", /no program "target\/debug\/vimc4".*whole one/],
