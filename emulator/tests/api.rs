@@ -3,11 +3,7 @@
 //! What needs a tool that is missing is shown as ignored, with the reason in its name. With
 //! `VIMC4_REQUIRE_TOOLS=1` it fails instead, so that nothing is left out unnoticed.
 
-#![expect(
-    clippy::cognitive_complexity,
-    clippy::too_many_lines,
-    reason = "a story is told in one piece"
-)]
+#![expect(clippy::cognitive_complexity, clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;

@@ -1,10 +1,6 @@
 //! `vimc4 console`, from outside: scripts, pipes, terminals, and host software that is held.
 
-#![expect(
-    clippy::cognitive_complexity,
-    clippy::too_many_lines,
-    reason = "a story is told in one piece"
-)]
+#![expect(clippy::cognitive_complexity, clippy::too_many_lines, reason = "one test is one story")]
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 

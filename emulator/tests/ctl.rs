@@ -1,6 +1,6 @@
 //! `vimc4 ctl` against a `vimc4 serve` that runs.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

@@ -1,7 +1,7 @@
 //! A hostile world around the command: names that are taken, disks that are full, pipes that
 //! close, files without an end, text that gives orders to terminals.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 

@@ -1,10 +1,6 @@
 //! The command, end to end.
 
-#![expect(
-    clippy::cognitive_complexity,
-    clippy::too_many_lines,
-    reason = "a story is told in one piece"
-)]
+#![expect(clippy::cognitive_complexity, clippy::too_many_lines, reason = "one test is one story")]
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

@@ -1,6 +1,6 @@
 //! Sweeps: over recorded sessions and over host commands, killed, resumed and put together.
 
-#![expect(clippy::cognitive_complexity, reason = "a story is told in one piece")]
+#![expect(clippy::cognitive_complexity, reason = "one test is one story")]
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

@@ -1,7 +1,7 @@
 //! What a view shows is what is: of every model, its signals as they are set, and what it is doing
 //! and waits for, as values with stable names.
 
-#![expect(clippy::cognitive_complexity, reason = "a story is told in one piece")]
+#![expect(clippy::cognitive_complexity, reason = "one test is one story")]
 #![expect(clippy::expect_used, clippy::unwrap_used, reason = "what is wrong fails the test")]
 
 use serde_json::{Value, json};

@@ -115,7 +115,7 @@ async fn part(socket: &mut WebSocket, why: Option<String>, code: CloseCode, reas
             socket.send(Message::text(why)).await?;
         }
         match socket.send(Message::close(Some(code), reason)).await {
-            // Whoever breaks the protocol gets a frame with the fitting code already.
+            // A client that breaks the protocol already has its close frame.
             Err(Error::AlreadyClosed) => socket.flush().await,
             sent => sent,
         }
@@ -127,7 +127,7 @@ async fn part(socket: &mut WebSocket, why: Option<String>, code: CloseCode, reas
 async fn hang_up(mut socket: WebSocket) {
     let silence = async {
         while let Some(Ok(_)) = socket.next().await {}
-        // Closing with unread bytes would take back what was sent last.
+        // Closing with unread bytes would discard the last message.
         let mut connection = socket.into_inner();
         connection.shutdown().await?;
         copy(&mut connection, &mut sink()).await

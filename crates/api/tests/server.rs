@@ -1,10 +1,6 @@
 //! The server, asked through raw sockets.
 
-#![expect(
-    clippy::cognitive_complexity,
-    clippy::too_many_lines,
-    reason = "a story is told in one piece"
-)]
+#![expect(clippy::cognitive_complexity, clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test fails where anything does")]
 
 use std::cmp::Reverse;

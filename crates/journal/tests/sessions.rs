@@ -1,6 +1,6 @@
 //! Expectations over sessions that nobody has thought out.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Conditions: what they mean, and how they are written.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, reason = "tests end at what they do not expect")]
 
 #[path = "../../device/tests/cart/mod.rs"]

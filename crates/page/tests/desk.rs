@@ -1,6 +1,6 @@
 //! What a page asks its desk, natively: the same code answers as WebAssembly.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot read an answer has failed")]
 
 #[path = "../../../emulator/src/recording/tests/changed.rs"]

@@ -1,6 +1,6 @@
 //! A device in its run loop: a clock, breakpoints, waiting callers, reports, and operator actions.
 //!
-//! Whoever has ports and a clock drives a [`Session`] from outside: a server, a page, or a test.
+//! A server, a page, or a test has the ports and the clock, and drives a [`Session`] from outside.
 //!
 //! Architecture invariant: nothing here knows a clock, a thread, a port, or a file. Time is passed in,
 //! and outputs are polled.

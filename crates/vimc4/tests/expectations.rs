@@ -1,6 +1,6 @@
 //! Expectations as a test of host software uses them.
 
-#![expect(clippy::too_many_lines, reason = "a story is told in one piece")]
+#![expect(clippy::too_many_lines, reason = "one test is one story")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::io::{ErrorKind, Read, Write};

@@ -1,10 +1,6 @@
 //! Every verb of the table is documented, has a method, and does what it says.
 
-#![expect(
-    clippy::cognitive_complexity,
-    clippy::too_many_lines,
-    reason = "a story is told in one piece"
-)]
+#![expect(clippy::cognitive_complexity, clippy::too_many_lines, reason = "one test is one story")]
 #![expect(
     clippy::expect_used,
     clippy::unwrap_used,

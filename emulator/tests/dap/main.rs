@@ -1,6 +1,6 @@
 //! `vimc4 dap` as an editor talks to it.
 
-#![expect(clippy::cognitive_complexity, reason = "a story is told in one piece")]
+#![expect(clippy::cognitive_complexity, reason = "one test is one story")]
 #![expect(
     clippy::unwrap_used,
     clippy::expect_used,

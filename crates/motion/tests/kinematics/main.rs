@@ -4,7 +4,7 @@
 //! variable `VIMC4_CASES` sets their number, for example the long run
 //! `VIMC4_CASES=100000 cargo test --release -p vimc4-motion`.
 
-#![expect(clippy::cognitive_complexity, reason = "a story is told in one piece")]
+#![expect(clippy::cognitive_complexity, reason = "one test is one story")]
 
 mod arcs;
 mod chains;
